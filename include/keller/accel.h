@@ -1,0 +1,39 @@
+/* keller/accel.h -- finding the triangles that a segment or a cone meets.
+ *
+ * Boxes are in single precision, rounded outwards; the tests on triangles are in double precision. Read-only once built:
+ * any number of threads may query. */
+#ifndef KELLER_ACCEL_H
+#define KELLER_ACCEL_H
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include "keller/cone.h"
+#include "keller/error.h"
+#include "keller/scene.h"
+
+typedef struct KellerAccel KellerAccel;
+
+/* Work done by queries, added up by the caller's thread. */
+typedef struct {
+    uint64_t nodes, triangles;
+} KellerAccelWork;
+
+/* Builds the accelerator `name` ("auto" or "bvh": binary, binned SAH) over the scene's triangles. The scene must outlive
+ * it. Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). */
+KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error);
+void keller_accel_free(KellerAccel *accel);
+const char *keller_accel_name(const KellerAccel *accel);
+
+/* Calls visit(context, triangle) for every triangle whose box, grown by `margin` (m), the segment a-b meets: a superset
+ * of the triangles within `margin` of the segment. Stops when visit returns true, and then returns true. */
+typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);
+bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, double margin,
+                          KellerVisitTriangle visit, void *context, KellerAccelWork *work);
+
+/* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
+ * keller_cone_triangle, in no particular order. visit returns the far end of the range still of interest (INFINITY: all),
+ * so that a caller who found a wall can shorten the rest of the query. */
+typedef double (*KellerVisitCone)(void *context, uint32_t triangle, KellerRange range);
+void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                       void *context, KellerAccelWork *work);
+#endif

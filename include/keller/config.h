@@ -1,0 +1,98 @@
+/* keller/config.h -- a simulation configuration, read, substituted, validated, in SI units. */
+#ifndef KELLER_CONFIG_H
+#define KELLER_CONFIG_H
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include "keller/error.h"
+#include "keller/geo.h"
+#include "keller/material.h"
+#include "keller/vec.h"
+#include "keller/wave.h"
+
+typedef struct {
+    KellerVec3 position;        /* m, local frame */
+    KellerAntenna antenna;
+    double orientation[3];      /* yaw, pitch, roll in radians */
+    KellerVec3 velocity;        /* m/s */
+} KellerStation;
+
+typedef struct {
+    char *id;
+    KellerStation station;
+    double power;               /* W */
+} KellerTransmitter;
+
+typedef enum { KELLER_SET_POINT, KELLER_SET_ROUTE, KELLER_SET_GRID } KellerSetKind;
+
+/* A named set of receivers: one point, a route from a file, or a grid (row y by row y, x fastest). */
+typedef struct {
+    char *id;
+    KellerSetKind kind;
+    uint32_t ny, nx;            /* grid only, else 0 */
+    uint32_t first, count;      /* range in receivers */
+    double x0, y0, z, step;     /* grid only: centre of the first cell, height, spacing; m */
+} KellerReceiverSet;
+
+typedef struct {
+    uint32_t set, index;        /* index within the set */
+    KellerStation station;
+} KellerReceiver;
+
+typedef struct {
+    char *object, *material;
+} KellerAssignment;
+
+typedef struct {
+    char *name, *value;
+} KellerVariable;
+
+typedef struct {
+    char *file;                 /* path of the configuration */
+    char *text;                 /* the XML as run, variables substituted; NUL-terminated */
+    char sha256[65];            /* of text, lower-case hex */
+    char *scene_file;           /* resolved against the configuration's folder */
+    int scene_line;             /* line of <scene>, for messages */
+    double scene_scale;
+    bool has_origin;
+    KellerGeodetic origin;
+    size_t frequency_count;
+    double *frequencies;        /* Hz, as given, each > 0 */
+    size_t material_count;
+    KellerMaterial *materials;
+    int *material_lines;
+    char *default_material;     /* name, or NULL */
+    int default_material_line;
+    size_t assignment_count;
+    KellerAssignment *assignments;
+    int *assignment_lines;
+    size_t transmitter_count;
+    KellerTransmitter *transmitters;
+    size_t set_count;
+    KellerReceiverSet *sets;
+    size_t receiver_count;
+    KellerReceiver *receivers;
+    uint32_t reflections, diffractions, transmissions, interactions;
+    double dynamic_range;       /* dB, > 0 */
+    char accelerator[32];       /* "auto", "bvh", ... */
+    double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
+    uint32_t threads;           /* 0: all */
+    bool output_paths, output_coverage, output_scene;
+} KellerConfig;
+
+/* Receivers in one configuration, all sets together. */
+#define KELLER_MAX_RECEIVERS 10000000u
+
+/* Reads and validates `file`. `variables` (count of them, names without `$`) replace $NAME in attribute values and text.
+ * On success *config is owned by the caller (keller_config_free).
+ * Errors: KELLER_IO (cannot open), KELLER_BAD_INPUT with FILE:LINE. */
+KellerStatus keller_config_read(const char *file, size_t variable_count, const KellerVariable *variables,
+                                KellerConfig *config, KellerError *error);
+void keller_config_free(KellerConfig *config);
+
+/* A quantity with its unit, e.g. "3.5 GHz" with kind "frequency"; SI value in *value. The whole text must be used.
+ * Kinds: length (m), angle (rad), frequency (Hz), speed (m/s), power (W), conductivity (S/m), ratio (dB), and what else
+ * config.c needs. Returns NULL on success, else a static text that says what was expected ("a length with its unit, such
+ * as \"2.5 m\""). */
+const char *keller_parse_quantity(const char *text, const char *kind, double *value);
+#endif

@@ -1,0 +1,115 @@
+/* keller/path.h -- from a scene and a configuration to propagation paths. */
+#ifndef KELLER_PATH_H
+#define KELLER_PATH_H
+#include <complex.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include "keller/accel.h"
+#include "keller/config.h"
+#include "keller/error.h"
+#include "keller/scene.h"
+
+/* Interactions of one path, all kinds together; a configuration that asks for more is refused. */
+#define KELLER_MAX_INTERACTIONS 16
+
+typedef enum {
+    KELLER_REFLECTION = 0,
+    KELLER_DIFFRACTION = 1,
+    KELLER_TRANSMISSION = 2,
+    KELLER_SCATTERING = 3
+} KellerInteractionKind;
+
+/* One element of a candidate sequence: a face to reflect in or a wedge to diffract at. */
+typedef struct {
+    KellerInteractionKind kind;
+    uint32_t id;                /* face or wedge */
+} KellerStep;
+
+/* An exact path. Directions are unit vectors: the departure points away from the transmitter, the arrival points from the
+ * receiver back towards where the wave comes from. `leg` are unit directions of travel of the count + 1 legs; they
+ * are well defined even where a leg has length zero. */
+typedef struct {
+    uint32_t count;
+    KellerStep step[KELLER_MAX_INTERACTIONS];
+    KellerVec3 position[KELLER_MAX_INTERACTIONS];
+    uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* the triangle reflected in; KELLER_NONE for a diffraction */
+    KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
+    double length;              /* m */
+    double weight;              /* 1; 1/2 exactly on a shadow or reflection boundary (SPEC 6) */
+} KellerPath;
+
+/* Solves one candidate sequence exactly between two points and tests its validity in the scene: mirror images for
+ * faces, the shortest path for the wedge (at most one), each point inside its face or edge, each leg free. Returns true
+ * and fills *path if it exists. */
+bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                       const KellerStep *steps, KellerPath *path, KellerAccelWork *work);
+
+/* The share of a wave that gets from a to b: 1 free, 0 blocked, 1/2 where the segment grazes an edge that blocks on one
+ * side. Planes listed in skip_a/skip_b (ids as in KellerFace) hold a or b and do not block. */
+double keller_visibility(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b,
+                         const uint32_t *skip_a, size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count,
+                         KellerAccelWork *work);
+
+/* The media of all materials at all frequencies: media[f * material_count + m]. Caller frees with free().
+ * Errors: a frequency outside a material's range; only materials that a triangle uses are looked up. */
+KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count, const double *frequencies,
+                                KellerMedium **media, KellerError *error);
+
+/* The 2x2 transfer matrix (SPEC 1; indices received, transmitted; row major) of a path at one frequency, weight, spreading
+ * and phase included, antennas excluded. `media` is that frequency's row of the media table. */
+void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, KellerVec3 rx,
+                          double frequency, const KellerMedium *media, double complex transfer[4]);
+
+/* ---- a whole simulation ----------------------------------------------------------------------------------------- */
+
+/* Paths of one transmitter-receiver pair after another, as columns (SPEC 4). F = frequency_count. */
+typedef struct {
+    size_t count, capacity;
+    size_t interaction_count, interaction_capacity;
+    size_t frequency_count;
+    uint32_t *tx, *rx;
+    uint64_t *offset;             /* [count + 1], into the interaction columns of this batch */
+    double *length, *delay;
+    double (*departure)[2], (*arrival)[2];
+    double *doppler;              /* [count][F] */
+    double complex *gain;         /* [count][F] */
+    double complex *transfer;     /* [count][F][2][2] */
+    uint8_t *interaction_kind;    /* [interaction_count] */
+    KellerVec3 *interaction_position;
+    uint32_t *interaction_triangle, *interaction_wedge;  /* KELLER_NONE where it does not apply */
+} KellerPathBatch;
+
+/* Sums over the paths of one transmitter at every point of one grid. */
+typedef struct {
+    uint32_t tx, set;
+    uint32_t ny, nx;
+    size_t frequency_count;
+    double *path_gain;            /* [F][ny][nx] |sum of gains|^2 */
+    double *delay_spread;         /* [ny][nx] s, rms, weighted with the power at the first frequency; NaN: no path */
+    double *strongest_delay;      /* [ny][nx] s; NaN: no path */
+} KellerCoverage;
+
+typedef struct {
+    uint64_t cones, nodes, triangles, candidates, valid_paths, dropped_paths;
+    double seconds_search, seconds_solve;
+    uint32_t threads;
+} KellerSimulationWork;
+
+/* Where a simulation's output goes. Calls come from one thread, in order of transmitter, then receiver, then delay.
+ * A status other than KELLER_OK ends the simulation with it. */
+typedef struct {
+    void *context;
+    KellerStatus (*paths)(void *context, const KellerPathBatch *batch, KellerError *error);       /* may be NULL */
+    KellerStatus (*coverage)(void *context, const KellerCoverage *coverage, KellerError *error);  /* may be NULL */
+    void (*progress)(void *context, double fraction);   /* in [0, 1]; may be NULL; called now and then */
+} KellerSink;
+
+/* Checks what this build can do against what the configuration asks for (domain, orders, frequencies in the materials'
+ * ranges), without simulating. */
+KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error);
+
+/* Finds all paths and hands them to the sink. */
+KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error);
+#endif

@@ -1,0 +1,110 @@
+/* keller/wave.h -- the physics of one interaction: pure functions, no scene. Time factor e^{+jwt}; a wave that has
+ * travelled r carries e^{-jkr}. Fields are peak phasors, arbitrary common scale. */
+#ifndef KELLER_WAVE_H
+#define KELLER_WAVE_H
+#include <complex.h>
+#include <stdbool.h>
+#include "keller/error.h"
+#include "keller/material.h"
+#include "keller/vec.h"
+
+#define KELLER_LIGHT_SPEED 299792458.0          /* m/s */
+#define KELLER_VACUUM_PERMITTIVITY 8.8541878128e-12 /* F/m */
+
+typedef struct {
+    double complex x, y, z;
+} KellerCVec3;
+
+/* ---- materials ---------------------------------------------------------------------------------------------- */
+
+/* A material at one frequency. */
+typedef struct {
+    bool conductor;          /* perfect electric conductor: eta is not used */
+    double complex eta;      /* relative permittivity eps' - j sigma/(w eps0) */
+    double thickness;        /* m; 0: half-space */
+} KellerMedium;
+
+/* True if `name` is in the ITU-R P.2040-4 table. */
+bool keller_itu_known(const char *name);
+/* The table's names, NULL-terminated, for messages; static storage. */
+const char *const *keller_itu_names(void);
+/* The medium of a material at `frequency` (Hz, > 0). Errors: KELLER_BAD_INPUT when the frequency is outside the
+ * material's range in the table (message: material, its ranges, the frequency), or the kind is NAMED. */
+KellerStatus keller_medium(const KellerMaterial *material, double frequency, KellerMedium *medium, KellerError *error);
+
+/* ---- reflection ----------------------------------------------------------------------------------------------- */
+
+/* Reflection coefficients for E perpendicular (te) and parallel (tm) to the plane of incidence, ITU-R P.2040-4
+ * conventions (R_TM = -R_TE at normal incidence; conductor: te = -1, tm = +1). `cos_incidence` in [0, 1], wavenumber k
+ * of free space in rad/m (used by slabs only). Half-space or single-layer slab, as the medium says. */
+void keller_reflection(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
+                       double complex *tm);
+/* Transmission coefficients of a slab (thickness > 0), including the phase through it; 0 for a half-space or a
+ * conductor. */
+void keller_transmission(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
+                         double complex *tm);
+/* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident
+ * field `e` (transverse to `in`). Returns the reflected field, transverse to the mirrored direction. */
+KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
+
+/* ---- diffraction ---------------------------------------------------------------------------------------------- */
+
+/* The transition function F(x), x >= 0, of Kouyoumjian and Pathak 1974, to double precision (Faddeeva). */
+double complex keller_transition(double x);
+
+/* The four terms of the Kouyoumjian-Pathak coefficient: D1, D2 with phi - phi' (incident boundaries), D3, D4 with
+ * phi + phi' (D3: reflection in the n-face, D4: in the 0-face); each holds -e^{-j pi/4}/(2 n sqrt(2 pi k) sin beta0).
+ * Angles in radians in [0, n pi]; sin_beta0 in (0, 1]; k rad/m; L m. The angle to each pole is reduced before the
+ * cotangent; within KELLER_BOUNDARY_ANGLE of a pole the term is its mean value there, 0 in the singular part, so that
+ * it belongs with a geometrical field counted one half. */
+void keller_utd_terms(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
+                      double complex d[4]);
+
+/* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
+ * visibility test, which must agree). */
+#define KELLER_BOUNDARY_ANGLE 1e-9
+
+/* A wedge as the wave sees it: frame as in KellerWedge (tangent0 x normal0 = direction). */
+typedef struct {
+    double n;
+    KellerVec3 direction, tangent0, normal0;
+    KellerMedium medium[2];  /* of the 0-face and of the n-face */
+} KellerWedgeWave;
+
+/* The diffracted field at distance `s` behind the edge, without the phase e^{-jks}: incident unit direction `in`
+ * (towards the edge), diffracted unit direction `out` (away from it), with equal angles to the edge; incident field `e`
+ * at the edge (transverse to `in`); s_in and s: distances (m) along the ray from the (image) source to the edge and from
+ * the edge to the (image) receiver, for spreading sqrt(s_in/(s (s_in + s))) and L = s_in s/(s_in + s) sin^2 beta0.
+ * Reflection coefficients of finitely conducting faces enter as 2x2 matrices in the edge-fixed basis (Luebbers-type
+ * heuristic), symmetrised so that exchanging source and receiver transposes the result exactly. */
+KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
+                                  double k, KellerCVec3 e);
+
+/* ---- antennas ------------------------------------------------------------------------------------------------- */
+
+typedef enum {
+    KELLER_ANTENNA_ISOTROPIC,
+    KELLER_ANTENNA_DIPOLE,           /* short dipole along the antenna's z axis */
+    KELLER_ANTENNA_HALF_WAVE_DIPOLE,
+    KELLER_ANTENNA_TR38901           /* 3GPP TR 38.901 table 7.3-1 element, boresight +x of the antenna's frame */
+} KellerAntennaPattern;
+
+typedef enum { KELLER_POLARIZATION_V, KELLER_POLARIZATION_H } KellerPolarization;
+
+typedef struct {
+    KellerAntennaPattern pattern;
+    KellerPolarization polarization;
+} KellerAntenna;
+
+/* Zenith and azimuth (radians, SPEC 1) of the unit vector d, and the unit vectors theta-hat, phi-hat there. At the poles
+ * azimuth is 0. Any output pointer may be NULL. */
+void keller_angles(KellerVec3 d, double *zenith, double *azimuth);
+void keller_spherical_basis(KellerVec3 d, KellerVec3 *theta_hat, KellerVec3 *phi_hat);
+
+/* The antenna's field pattern towards the global unit direction d (away from the antenna, for transmitting and for
+ * receiving), as components along the global theta-hat and phi-hat of d: |f_theta|^2 + |f_phi|^2 is the gain over
+ * isotropic in that direction. `orientation`: yaw, pitch, roll in radians, intrinsic z-y-x. Polarisation V radiates
+ * along theta-hat and H along phi-hat of the antenna's own frame. */
+void keller_antenna_field(const KellerAntenna *antenna, const double orientation[3], KellerVec3 d,
+                          double complex *f_theta, double complex *f_phi);
+#endif
