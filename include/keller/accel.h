@@ -31,9 +31,12 @@ bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, 
                           KellerVisitTriangle visit, void *context, KellerAccelWork *work);
 
 /* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
- * keller_cone_triangle, in no particular order. visit returns the far end of the range still of interest (INFINITY: all),
+ * keller_cone_triangle, nearer boxes first but in no exact order. visit returns the far end of the range still of interest (INFINITY: all),
  * so that a caller who found a wall can shorten the rest of the query. */
-typedef double (*KellerVisitCone)(void *context, uint32_t triangle, KellerRange range);
+typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        void *context, KellerAccelWork *work);
+/* The same for the scene's wedges, with the range of keller_cone_edge. */
+void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                              void *context, KellerAccelWork *work);
 #endif

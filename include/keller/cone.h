@@ -28,7 +28,7 @@ typedef struct {
 } KellerRange;
 
 /* Relative slack of every comparison: 64 double-precision rounding units cover the at most 40 rounded operations between
- * a coordinate and a decision, each of relative error 2^-53 (docs/architecture.md, "numbers"). */
+ * a coordinate and a decision, each of relative error 2^-53 (docs/architecture.md). */
 #define KELLER_CONE_SLACK (64 * 0x1p-53)
 
 /* ---- construction --------------------------------------------------------------------------------------------- */
@@ -37,20 +37,19 @@ typedef struct {
 KellerCone keller_cone_round(KellerVec3 origin, KellerVec3 directrix, double half_angle);
 
 /* A narrow elliptic cone with its apex at `apex` that contains all `count` >= 1 points and, the cone being convex,
- * their convex hull; false if no cone of half-angle below about 80 degrees does. The directrix is the given unit
- * vector's if it is not zero, else chosen. */
+ * their convex hull; false if no cone of half-angle below 80 degrees around the mean direction does. */
 bool keller_cone_around(KellerVec3 apex, size_t count, const KellerVec3 *points, KellerCone *cone);
 
-/* A frustum that contains every ray that starts on the segment p0-p1 (the piece of edge, or its mirror image) and runs in
- * one of `count` directions or a non-negative combination of them: the base ellipse is laid along the segment (this
- * is what x0 and the eccentricity are for). False if the directions do not fit into a half-angle below 80 degrees. */
-bool keller_cone_fan(KellerVec3 p0, KellerVec3 p1, size_t count, const KellerVec3 *directions, KellerCone *cone);
+/* A frustum that contains every ray that starts in the convex hull of the `source_count` >= 1 points (a point, a piece of
+ * edge, the corners of a patch, or their mirror images) and runs in one of the directions that are non-negative
+ * combinations of the `count` >= 1 given ones: the base ellipse is laid along the sources (this is what x0 and the
+ * eccentricity are for). The directrix is the normalised sum of the directions. False if the directions do not fit into
+ * a half-angle below 80 degrees. Rays have all started at z <= *z_start (may be NULL). */
+bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t count, const KellerVec3 *directions,
+                     KellerCone *cone, double *z_start);
 
 /* The mirror image in the plane {p : normal.p = offset}. */
 KellerCone keller_cone_mirror(const KellerCone *cone, KellerVec3 normal, double offset);
-
-/* Splits a cone into four that together contain it. */
-void keller_cone_split(const KellerCone *cone, KellerCone child[4]);
 
 /* ---- tests: each returns the range of z over which the frustum (clipped to `clip` and its own z range) meets the
  * primitive, empty if it does not; nearest and farthest points where asked (NULL otherwise) ---------------------- */

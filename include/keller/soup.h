@@ -1,7 +1,7 @@
 /* keller/soup.h -- a scene as its file gives it: triangles in double precision, with material and object names.
  *
  * Formats, by the file's extension (case ignored): .obj, .ply, .stl, .off, and .xml (Mitsuba, as Sionna RT writes it).
- * Polygons are triangulated (fan for convex, ear clipping otherwise). Coordinates are read in double precision. */
+ * Polygons are triangulated (by ear clipping, the best-shaped ear first). Coordinates are read in double precision. */
 #ifndef KELLER_SOUP_H
 #define KELLER_SOUP_H
 #include <stddef.h>

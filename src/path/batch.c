@@ -1,0 +1,222 @@
+#include "path/batch.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double delay_of(const KellerPath *p) { return p->length / KELLER_LIGHT_SPEED; }
+
+static int compare_paths(const void *pa, const void *pb)
+{
+    const KellerPath *a = pa, *b = pb;
+    if (a->length != b->length) return a->length < b->length ? -1 : 1;
+    if (a->count != b->count) return a->count < b->count ? -1 : 1;
+    for (uint32_t i = 0; i < a->count; i++) {
+        if (a->step[i].kind != b->step[i].kind) return a->step[i].kind < b->step[i].kind ? -1 : 1;
+        if (a->step[i].id != b->step[i].id) return a->step[i].id < b->step[i].id ? -1 : 1;
+    }
+    return 0;
+}
+
+static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
+
+bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, uint64_t *dropped)
+{
+    size_t n = pair->paths.count, F = c->config->frequency_count;
+    const KellerStation *t = &c->config->transmitters[tx].station, *r = &c->config->receivers[rx].station;
+    if (n == 0) return true;
+    qsort(pair->paths.items, n, sizeof *pair->paths.items, compare_paths);
+    pair->gain = malloc(n * F * sizeof *pair->gain);
+    pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
+    double *strongest = calloc(F, sizeof *strongest);
+    if (!pair->gain || !pair->transfer || !strongest) {
+        free(strongest);
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        const KellerPath *p = &pair->paths.items[i];
+        double complex ft[2], fr[2];
+        keller_antenna_field(&t->antenna, t->orientation, p->leg[0], &ft[0], &ft[1]);
+        keller_antenna_field(&r->antenna, r->orientation, v3_scale(p->leg[p->count], -1), &fr[0], &fr[1]);
+        for (size_t f = 0; f < F; f++) {
+            double complex *m = &pair->transfer[(i * F + f) * 4];
+            keller_path_transfer(c->scene, p, t->position, r->position, c->config->frequencies[f],
+                                 c->media + f * c->scene->material_count, m);
+            double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
+            pair->gain[i * F + f] = g;
+            strongest[f] = fmax(strongest[f], power(g));
+        }
+    }
+    double range = pow(10, -c->config->dynamic_range / 10);
+    size_t kept = 0;
+    for (size_t i = 0; i < n; i++) {
+        bool keep = false;
+        for (size_t f = 0; f < F; f++) keep = keep || power(pair->gain[i * F + f]) >= range * strongest[f];
+        if (!keep) continue;
+        if (kept != i) {
+            pair->paths.items[kept] = pair->paths.items[i];
+            memcpy(&pair->gain[kept * F], &pair->gain[i * F], F * sizeof *pair->gain);
+            memcpy(&pair->transfer[kept * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *pair->transfer);
+        }
+        kept++;
+    }
+    *dropped += n - kept;
+    pair->paths.count = kept;
+    free(strongest);
+    return true;
+}
+
+void pair_free(PairResult *pair)
+{
+    free(pair->paths.items);
+    free(pair->gain);
+    free(pair->transfer);
+    memset(pair, 0, sizeof *pair);
+}
+
+/* ---- columns --------------------------------------------------------------------------------------------------------- */
+
+static bool grow(void *column, size_t count, size_t size)
+{
+    void **p = column, *grown = realloc(*p, count * size);
+    if (!grown) return false;
+    *p = grown;
+    return true;
+}
+
+static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_t F)
+{
+    if (paths > b->capacity) {
+        size_t n = paths + b->capacity;
+        if (!grow(&b->tx, n, sizeof *b->tx) || !grow(&b->rx, n, sizeof *b->rx) ||
+            !grow(&b->offset, n + 1, sizeof *b->offset) || !grow(&b->length, n, sizeof *b->length) ||
+            !grow(&b->delay, n, sizeof *b->delay) || !grow(&b->departure, n, sizeof *b->departure) ||
+            !grow(&b->arrival, n, sizeof *b->arrival) || !grow(&b->doppler, n * F, sizeof *b->doppler) ||
+            !grow(&b->gain, n * F, sizeof *b->gain) || !grow(&b->transfer, 4 * n * F, sizeof *b->transfer))
+            return false;
+        b->capacity = n;
+        b->offset[b->count] = b->interaction_count;
+    }
+    if (interactions > b->interaction_capacity) {
+        size_t n = interactions + b->interaction_capacity;
+        if (!grow(&b->interaction_kind, n, sizeof *b->interaction_kind) ||
+            !grow(&b->interaction_position, n, sizeof *b->interaction_position) ||
+            !grow(&b->interaction_triangle, n, sizeof *b->interaction_triangle) ||
+            !grow(&b->interaction_wedge, n, sizeof *b->interaction_wedge))
+            return false;
+        b->interaction_capacity = n;
+    }
+    return true;
+}
+
+bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32_t rx, const PairResult *pair)
+{
+    size_t F = c->config->frequency_count, interactions = b->interaction_count;
+    const KellerStation *t = &c->config->transmitters[tx].station, *r = &c->config->receivers[rx].station;
+    for (size_t i = 0; i < pair->paths.count; i++) interactions += pair->paths.items[i].count;
+    b->frequency_count = F;
+    if (pair->paths.count == 0) return true;
+    if (!reserve(b, b->count + pair->paths.count, interactions, F)) return false;
+    for (size_t i = 0; i < pair->paths.count; i++) {
+        const KellerPath *p = &pair->paths.items[i];
+        size_t at = b->count++;
+        KellerVec3 back = v3_scale(p->leg[p->count], -1);
+        b->tx[at] = tx;
+        b->rx[at] = rx;
+        b->length[at] = p->length;
+        b->delay[at] = delay_of(p);
+        keller_angles(p->leg[0], &b->departure[at][0], &b->departure[at][1]);
+        keller_angles(back, &b->arrival[at][0], &b->arrival[at][1]);
+        /* approaching ends shorten the path: positive shift */
+        double closing = (v3_dot(t->velocity, p->leg[0]) + v3_dot(r->velocity, back)) / KELLER_LIGHT_SPEED;
+        for (size_t f = 0; f < F; f++) b->doppler[at * F + f] = closing * c->config->frequencies[f];
+        memcpy(&b->gain[at * F], &pair->gain[i * F], F * sizeof *b->gain);
+        memcpy(&b->transfer[at * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *b->transfer);
+        for (uint32_t j = 0; j < p->count; j++) {
+            size_t k = b->interaction_count++;
+            bool diffraction = p->step[j].kind == KELLER_DIFFRACTION;
+            b->interaction_kind[k] = (uint8_t)p->step[j].kind;
+            b->interaction_position[k] = p->position[j];
+            b->interaction_triangle[k] = diffraction ? KELLER_NONE : p->triangle[j];
+            b->interaction_wedge[k] = diffraction ? p->step[j].id : KELLER_NONE;
+        }
+        b->offset[b->count] = b->interaction_count;
+    }
+    return true;
+}
+
+void batch_clear(KellerPathBatch *b)
+{
+    b->count = b->interaction_count = 0;
+    if (b->offset) b->offset[0] = 0;
+}
+
+void batch_free(KellerPathBatch *b)
+{
+    free(b->tx);
+    free(b->rx);
+    free(b->offset);
+    free(b->length);
+    free(b->delay);
+    free(b->departure);
+    free(b->arrival);
+    free(b->doppler);
+    free(b->gain);
+    free(b->transfer);
+    free(b->interaction_kind);
+    free(b->interaction_position);
+    free(b->interaction_triangle);
+    free(b->interaction_wedge);
+    memset(b, 0, sizeof *b);
+}
+
+/* ---- maps -------------------------------------------------------------------------------------------------------------- */
+
+bool coverage_init(KellerCoverage *c, uint32_t tx, uint32_t set, uint32_t ny, uint32_t nx, size_t F)
+{
+    size_t cells = (size_t)ny * nx;
+    *c = (KellerCoverage){.tx = tx, .set = set, .ny = ny, .nx = nx, .frequency_count = F};
+    c->path_gain = calloc(F * cells, sizeof(double));
+    c->delay_spread = malloc(cells * sizeof(double));
+    c->strongest_delay = malloc(cells * sizeof(double));
+    if (!c->path_gain || !c->delay_spread || !c->strongest_delay) {
+        coverage_free(c);
+        return false;
+    }
+    for (size_t i = 0; i < cells; i++) c->delay_spread[i] = c->strongest_delay[i] = NAN;
+    return true;
+}
+
+void coverage_free(KellerCoverage *c)
+{
+    free(c->path_gain);
+    free(c->delay_spread);
+    free(c->strongest_delay);
+    memset(c, 0, sizeof *c);
+}
+
+void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
+{
+    size_t n = pair->paths.count, F = c->frequency_count, cells = (size_t)c->ny * c->nx;
+    if (n == 0) return;
+    for (size_t f = 0; f < F; f++) {
+        double complex sum = 0;
+        for (size_t i = 0; i < n; i++) sum += pair->gain[i * F + f];
+        c->path_gain[f * cells + cell] = power(sum);
+    }
+    double total = 0, mean = 0, spread = 0, most = -1, at = 0;
+    for (size_t i = 0; i < n; i++) {
+        double p = power(pair->gain[i * F]), delay = delay_of(&pair->paths.items[i]);
+        total += p;
+        mean += p * delay;
+        if (p > most) most = p, at = delay;
+    }
+    if (!(total > 0)) return;
+    mean /= total;
+    for (size_t i = 0; i < n; i++) {
+        double d = delay_of(&pair->paths.items[i]) - mean;
+        spread += power(pair->gain[i * F]) * d * d;
+    }
+    c->strongest_delay[cell] = at;
+    c->delay_spread[cell] = sqrt(spread / total);
+}

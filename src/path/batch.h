@@ -1,0 +1,31 @@
+/* From the paths of one receiver to the columns of the result file. */
+#ifndef KELLER_PATH_BATCH_H
+#define KELLER_PATH_BATCH_H
+#include "path/internal.h"
+
+/* The paths of one transmitter-receiver pair, sorted by delay and steps, with their fields. */
+typedef struct {
+    PathList paths;
+    double complex *gain;       /* [count][F] */
+    double complex *transfer;   /* [count][F][4] */
+} PairResult;
+
+typedef struct {
+    const KellerConfig *config;
+    const KellerScene *scene;
+    const KellerMedium *media;  /* [F][material_count] */
+} FieldContext;
+
+/* Sorts the paths, computes their fields and drops those under the dynamic range. *dropped is added to. false: memory. */
+bool pair_fields(const FieldContext *context, uint32_t tx, uint32_t rx, PairResult *pair, uint64_t *dropped);
+void pair_free(PairResult *pair);
+
+bool batch_append(KellerPathBatch *batch, const FieldContext *context, uint32_t tx, uint32_t rx, const PairResult *pair);
+void batch_clear(KellerPathBatch *batch);
+void batch_free(KellerPathBatch *batch);
+
+/* Writes one cell of the maps. */
+void coverage_cell(KellerCoverage *coverage, size_t cell, const PairResult *pair);
+bool coverage_init(KellerCoverage *coverage, uint32_t tx, uint32_t set, uint32_t ny, uint32_t nx, size_t frequency_count);
+void coverage_free(KellerCoverage *coverage);
+#endif

@@ -1,0 +1,67 @@
+/* The field of an exact path: the two transmitted components are carried through every interaction as vectors. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "path/internal.h"
+
+KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count, const double *frequencies,
+                                KellerMedium **media, KellerError *error)
+{
+    size_t count = frequency_count * scene->material_count;
+    bool *used = calloc(scene->material_count + 1, sizeof *used);
+    *media = calloc(count + 1, sizeof **media);
+    if (!used || !*media) {
+        free(used);
+        free(*media);
+        *media = NULL;
+        return keller_error_memory(error, count * sizeof **media);
+    }
+    for (size_t i = 0; i < scene->face_count; i++) used[scene->faces[i].material] = true;
+    KellerStatus status = KELLER_OK;
+    for (size_t f = 0; f < frequency_count && status == KELLER_OK; f++)
+        for (size_t m = 0; m < scene->material_count && status == KELLER_OK; m++)
+            if (used[m])
+                status = keller_medium(&scene->materials[m], frequencies[f], *media + f * scene->material_count + m, error);
+    free(used);
+    if (status != KELLER_OK) {
+        free(*media);
+        *media = NULL;
+    }
+    return status;
+}
+
+static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
+static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
+
+void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, KellerVec3 rx,
+                          double frequency, const KellerMedium *media, double complex transfer[4])
+{
+    double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
+    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
+    keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
+    keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
+    KellerCVec3 e[2] = {complex_vector(theta_tx), complex_vector(phi_tx)};
+    double spreading = 1 / path->length, walked = 0;
+    KellerVec3 last = tx;
+    (void)rx;
+    for (uint32_t i = 0; i < path->count; i++) {
+        walked += v3_distance(last, path->position[i]);
+        last = path->position[i];
+        if (path->step[i].kind == KELLER_REFLECTION) {
+            const KellerFace *f = &scene->faces[path->step[i].id];
+            for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
+        } else {
+            const KellerWedge *w = &scene->wedges[path->step[i].id];
+            KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
+            for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[w->face[j]].material];
+            spreading = 1 / walked; /* the rest is in the coefficient */
+            for (int j = 0; j < 2; j++)
+                e[j] = keller_diffract_field(&wave, path->leg[i], path->leg[i + 1], walked, path->length - walked, k, e[j]);
+        }
+    }
+    double complex common = path->weight * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    for (int j = 0; j < 2; j++) {
+        transfer[0 + j] = common * component(e[j], theta_rx);
+        transfer[2 + j] = common * component(e[j], phi_rx);
+    }
+}

@@ -1,0 +1,43 @@
+/* Shared by the files of src/path. */
+#ifndef KELLER_PATH_INTERNAL_H
+#define KELLER_PATH_INTERNAL_H
+#include <stdbool.h>
+#include <stdint.h>
+#include "keller/path.h"
+
+/* A step as one word: the id, and the top bit for a wedge. */
+typedef uint32_t StepCode;
+#define CODE_WEDGE 0x80000000u
+static inline StepCode code_face(uint32_t face) { return face; }
+static inline StepCode code_wedge(uint32_t wedge) { return wedge | CODE_WEDGE; }
+static inline bool code_is_wedge(StepCode code) { return (code & CODE_WEDGE) != 0; }
+static inline uint32_t code_id(StepCode code) { return code & ~CODE_WEDGE; }
+
+/* Rounding of positions in this scene near p, in m: 64 units in the last place of the largest coordinate. Things nearer
+ * than this cannot be told apart. */
+static inline double path_rounding(const KellerScene *scene, KellerVec3 p)
+{
+    double size = fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z)));
+    size = fmax(size, fmax(fabs(scene->lower.x), fabs(scene->upper.x)));
+    size = fmax(size, fmax(fabs(scene->lower.y), fabs(scene->upper.y)));
+    size = fmax(size, fmax(fabs(scene->lower.z), fabs(scene->upper.z)));
+    return 64 * 0x1p-52 * size;
+}
+
+/* Does the wedge's sector hold the direction v (from the edge outwards)? Angles within `slack` (radians) of a face count
+ * as in it; *phi (may be NULL) is then in [0, n pi]. */
+bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack, double *phi);
+
+/* True if the wedge's edge lies in a plane of that id. */
+bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);
+
+/* Paths found for one receiver. */
+typedef struct {
+    KellerPath *items;
+    size_t count, capacity;
+} PathList;
+
+/* false: out of memory */
+bool path_list_push(PathList *list, const KellerPath *path);
+
+#endif

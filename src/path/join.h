@@ -1,0 +1,33 @@
+/* Candidates from both ends: a sequence s1 ... sk is in the transmitter's tree as s1 ... sm and in the receiver's as
+ * sk ... sm for any m; the trees are joined at the common step sm. */
+#ifndef KELLER_PATH_JOIN_H
+#define KELLER_PATH_JOIN_H
+#include "path/tree.h"
+
+typedef struct {
+    Trie trie;
+    TrieList lists[KELLER_MAX_INTERACTIONS];
+    uint32_t length;            /* of the longest sequences in it */
+} Ends;
+
+typedef struct {
+    const KellerScene *scene;
+    const KellerAccel *accel;
+    uint32_t reflections, diffractions, interactions;
+    uint32_t threads;           /* for one join */
+} JoinLimits;
+
+typedef struct {
+    uint64_t candidates;
+    KellerAccelWork accel;
+} JoinWork;
+
+/* Finds all paths from tx to each of `count` receivers: appends to lists[i]. The order within a list is arbitrary.
+ * KELLER_FAILED: memory. */
+KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
+                       const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error);
+
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
+                         TreeWork *work, KellerError *error);
+void ends_free(Ends *ends);
+#endif

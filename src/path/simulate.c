@@ -1,0 +1,289 @@
+/* A whole simulation: for each transmitter its tree once, then the receivers in units (a point, or a patch of a grid),
+ * each with its own tree from the other end. Units are worked on in parallel in blocks and handed out in order. */
+#include <math.h>
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "path/batch.h"
+#include "path/join.h"
+
+enum {
+    PATCH = 8,              /* cells along a side of a patch */
+    BLOCK = 128,            /* points of a route worked on together */
+    BATCH = 8192            /* paths handed to the sink at once */
+};
+
+typedef struct {
+    uint32_t count;
+    uint32_t receiver[PATCH * PATCH];
+} Unit;
+
+typedef struct {
+    const KellerConfig *config;
+    const KellerScene *scene;
+    const KellerAccel *accel;
+    const KellerSink *sink;
+    KellerSimulationWork *work;
+    FieldContext fields;
+    uint32_t tx;
+    Ends forward;
+    TreeLimits tree;
+    JoinLimits join;
+    KellerPathBatch batch;
+    uint64_t done, total;       /* receivers, times transmitters */
+} Simulation;
+
+KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
+{
+    if (config->transmissions > 0)
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s: transmissions=\"%u\" is not computed by this version; expected transmissions=\"0\"",
+                            config->file, config->transmissions);
+    if (config->diffractions > 1)
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s: diffractions=\"%u\" is more than this version computes; expected 0 or 1 a path",
+                            config->file, config->diffractions);
+    if (config->interactions > KELLER_MAX_INTERACTIONS)
+        return keller_error(error, KELLER_BAD_INPUT, "%s: interactions=\"%u\" is too many; expected at most %d",
+                            config->file, config->interactions, KELLER_MAX_INTERACTIONS);
+    KellerMedium *media;
+    KellerError inner;
+    KellerStatus status = keller_media_table(scene, config->frequency_count, config->frequencies, &media, &inner);
+    if (status != KELLER_OK) return keller_error(error, status, "%s: %s", config->file, inner.message);
+    free(media);
+    return KELLER_OK;
+}
+
+/* The corners of the patch that the unit's receivers span (all at one height), or the point itself. */
+static uint32_t unit_hull(const KellerConfig *config, const Unit *unit, KellerVec3 hull[SOURCES])
+{
+    KellerVec3 lo = config->receivers[unit->receiver[0]].station.position, hi = lo;
+    for (uint32_t i = 1; i < unit->count; i++) {
+        KellerVec3 p = config->receivers[unit->receiver[i]].station.position;
+        lo = v3(fmin(lo.x, p.x), fmin(lo.y, p.y), fmin(lo.z, p.z));
+        hi = v3(fmax(hi.x, p.x), fmax(hi.y, p.y), fmax(hi.z, p.z));
+    }
+    uint32_t n = 0;
+    hull[n++] = lo;
+    if (hi.x > lo.x) hull[n++] = v3(hi.x, lo.y, lo.z);
+    if (hi.y > lo.y) {
+        hull[n++] = v3(lo.x, hi.y, lo.z);
+        if (hi.x > lo.x) hull[n++] = v3(hi.x, hi.y, lo.z);
+    }
+    return n;
+}
+
+/* All paths of one unit; results[i] belongs to its i-th receiver. `threads` > 1 where there are no other units. */
+static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, PairResult *results,
+                             KellerSimulationWork *work, KellerError *error)
+{
+    KellerVec3 hull[SOURCES], rx[PATCH * PATCH];
+    PathList lists[PATCH * PATCH];
+    memset(lists, 0, sizeof lists);
+    uint32_t hull_count = unit_hull(s->config, unit, hull);
+    for (uint32_t i = 0; i < unit->count; i++) rx[i] = s->config->receivers[unit->receiver[i]].station.position;
+    TreeLimits tree = s->tree;
+    tree.length = s->join.interactions > 0 ? s->join.interactions + 1 - s->forward.length : 0;
+    JoinLimits join = s->join;
+    join.threads = threads;
+    Ends backward;
+    TreeWork tree_work = {0};
+    JoinWork join_work = {0};
+    double start = omp_get_wtime();
+    KellerStatus status = ends_search(&backward, &tree, hull_count, hull, threads, &tree_work, error);
+    double middle = omp_get_wtime();
+    if (status != KELLER_OK) return status;
+    status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
+                       lists, &join_work, error);
+    ends_free(&backward);
+    for (uint32_t i = 0; i < unit->count; i++) {
+        results[i].paths = lists[i];
+        work->valid_paths += lists[i].count;
+        if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], &work->dropped_paths))
+            status = keller_error(error, KELLER_FAILED, "out of memory for the fields of the paths");
+    }
+    work->seconds_search += middle - start;
+    work->seconds_solve += omp_get_wtime() - middle;
+    work->cones += tree_work.cones;
+    work->nodes += tree_work.accel.nodes + join_work.accel.nodes;
+    work->triangles += tree_work.accel.triangles + join_work.accel.triangles;
+    work->candidates += join_work.candidates;
+    return status;
+}
+
+static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
+{
+    to->cones += from->cones;
+    to->nodes += from->nodes;
+    to->triangles += from->triangles;
+    to->candidates += from->candidates;
+    to->valid_paths += from->valid_paths;
+    to->dropped_paths += from->dropped_paths;
+    to->seconds_search += from->seconds_search;
+    to->seconds_solve += from->seconds_solve;
+}
+
+static KellerStatus flush(Simulation *s, bool all, KellerError *error)
+{
+    if (s->batch.count == 0 || (!all && s->batch.count < BATCH)) return KELLER_OK;
+    KellerStatus status = s->sink->paths(s->sink->context, &s->batch, error);
+    batch_clear(&s->batch);
+    return status;
+}
+
+/* Works on the receivers first .. first + count - 1 of a set, cut into `unit_count` units, and hands them out in order. */
+static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint32_t first, uint32_t count,
+                              const Unit *units, uint32_t unit_count, KellerCoverage *coverage, KellerError *error)
+{
+    PairResult *results = calloc(count, sizeof *results);
+    if (!results) return keller_error_memory(error, count * sizeof *results);
+    uint32_t threads = s->work->threads, across = unit_count > 1 ? threads : 1, within = unit_count > 1 ? 1 : threads;
+    KellerStatus status = KELLER_OK;
+    uint32_t finished = 0;
+#pragma omp parallel num_threads((int)across) if (across > 1)
+    {
+        KellerSimulationWork work = {0};
+#pragma omp for schedule(dynamic, 1)
+        for (uint32_t u = 0; u < unit_count; u++) {
+            KellerStatus seen;
+#pragma omp atomic read
+            seen = status;
+            if (seen != KELLER_OK) continue;
+            PairResult own[PATCH * PATCH];
+            memset(own, 0, sizeof own);
+            KellerError own_error;
+            KellerStatus own_status = run_unit(s, &units[u], within, own, &work, &own_error);
+            for (uint32_t i = 0; i < units[u].count; i++) results[units[u].receiver[i] - first] = own[i];
+            if (own_status != KELLER_OK) {
+#pragma omp critical(keller_simulate)
+                {
+                    if (status == KELLER_OK) keller_error(error, own_status, "%s", own_error.message);
+#pragma omp atomic write
+                    status = own_status;
+                }
+            }
+            uint32_t now;
+#pragma omp atomic capture
+            now = finished += units[u].count;
+            if (s->sink->progress && omp_get_thread_num() == 0)
+                s->sink->progress(s->sink->context, (double)(s->done + now) / (double)s->total);
+        }
+#pragma omp critical(keller_simulate)
+        add_work(s->work, &work);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, &results[i]);
+        if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
+            if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
+                status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
+            if (status == KELLER_OK) status = flush(s, false, error);
+        }
+        pair_free(&results[i]);
+    }
+    free(results);
+    s->done += count;
+    return status;
+}
+
+/* A grid in bands of PATCH rows, each band in patches. */
+static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *error)
+{
+    const KellerReceiverSet *set = &s->config->sets[set_index];
+    uint32_t patches = (set->nx + PATCH - 1) / PATCH;
+    bool maps = s->sink->coverage && s->config->output_coverage;
+    KellerCoverage coverage = {0};
+    Unit *units = malloc(patches * sizeof *units);
+    if (!units || (maps && !coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count))) {
+        free(units);
+        return keller_error(error, KELLER_FAILED, "out of memory for a grid of %u x %u cells", set->ny, set->nx);
+    }
+    KellerStatus status = KELLER_OK;
+    for (uint32_t y = 0; y < set->ny && status == KELLER_OK; y += PATCH) {
+        uint32_t rows = set->ny - y < PATCH ? set->ny - y : PATCH;
+        for (uint32_t p = 0; p < patches; p++) {
+            units[p].count = 0;
+            for (uint32_t j = 0; j < rows; j++)
+                for (uint32_t x = p * PATCH; x < set->nx && x < (p + 1) * PATCH; x++)
+                    units[p].receiver[units[p].count++] = set->first + (y + j) * set->nx + x;
+        }
+        status = run_block(s, set, set->first + y * set->nx, rows * set->nx, units, patches, maps ? &coverage : NULL, error);
+    }
+    if (status == KELLER_OK && maps) status = s->sink->coverage(s->sink->context, &coverage, error);
+    coverage_free(&coverage);
+    free(units);
+    return status;
+}
+
+static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_set, KellerError *error)
+{
+    const KellerReceiverSet *sets = s->config->sets;
+    uint32_t first = sets[first_set].first, end = sets[end_set - 1].first + sets[end_set - 1].count;
+    Unit *units = malloc(BLOCK * sizeof *units);
+    if (!units) return keller_error_memory(error, BLOCK * sizeof *units);
+    KellerStatus status = KELLER_OK;
+    for (uint32_t at = first; at < end && status == KELLER_OK; at += BLOCK) {
+        uint32_t n = end - at < BLOCK ? end - at : BLOCK;
+        for (uint32_t i = 0; i < n; i++) {
+            units[i].count = 1;
+            units[i].receiver[0] = at + i;
+        }
+        status = run_block(s, &sets[first_set], at, n, units, n, NULL, error);
+    }
+    free(units);
+    return status;
+}
+
+static KellerStatus run_transmitter(Simulation *s, KellerError *error)
+{
+    const KellerConfig *c = s->config;
+    TreeWork work = {0};
+    double start = omp_get_wtime();
+    /* Half of the steps from each end; the transmitter's tree serves all receivers, so it takes the odd one. */
+    s->tree.length = s->join.interactions > 0 ? (s->join.interactions + 2) / 2 : 0;
+    KellerStatus status =
+        ends_search(&s->forward, &s->tree, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    s->work->seconds_search += omp_get_wtime() - start;
+    s->work->cones += work.cones;
+    s->work->nodes += work.accel.nodes;
+    s->work->triangles += work.accel.triangles;
+    for (uint32_t i = 0; i < c->set_count && status == KELLER_OK;) {
+        if (c->sets[i].kind == KELLER_SET_GRID) {
+            status = run_grid(s, i++, error);
+            continue;
+        }
+        uint32_t end = i;
+        while (end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
+        status = run_points(s, i, end, error);
+        i = end;
+    }
+    ends_free(&s->forward);
+    return status;
+}
+
+KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+{
+    memset(work, 0, sizeof *work);
+    KellerStatus status = keller_simulation_check(config, scene, error);
+    if (status != KELLER_OK) return status;
+    work->threads = config->threads ? config->threads : (uint32_t)omp_get_num_procs();
+    KellerMedium *media;
+    status = keller_media_table(scene, config->frequency_count, config->frequencies, &media, error);
+    if (status != KELLER_OK) return status;
+    uint32_t orders = config->reflections + config->diffractions;
+    Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
+    s.fields = (FieldContext){config, scene, media};
+    s.total = (uint64_t)config->transmitter_count * config->receiver_count;
+    s.tree = (TreeLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
+                          .diffractions = config->diffractions, .tan_aperture = tan(config->cone)};
+    s.join = (JoinLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
+                          .diffractions = config->diffractions,
+                          .interactions = config->interactions < orders ? config->interactions : orders};
+    for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
+    if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
+    if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
+    batch_free(&s.batch);
+    free(media);
+    return status;
+}

@@ -1,0 +1,27 @@
+/* The candidate search from one end: cones cover all directions around the end, collect the faces and wedges they meet,
+ * are mirrored in the faces and fan out from the wedges. What comes out contains every sequence of steps that a valid
+ * path from this end can begin with. */
+#ifndef KELLER_PATH_TREE_H
+#define KELLER_PATH_TREE_H
+#include "path/trie.h"
+
+enum { SOURCES = 4 };           /* corners of the end: one for a point, up to four for a patch of grid cells */
+
+typedef struct {
+    const KellerScene *scene;
+    const KellerAccel *accel;
+    uint32_t length;            /* longest sequence wanted */
+    uint32_t reflections, diffractions; /* bounds for each kind */
+    double tan_aperture;        /* cones that meet much are split down to this half-angle */
+} TreeLimits;
+
+typedef struct {
+    uint64_t cones;
+    KellerAccelWork accel;
+} TreeWork;
+
+/* Fills the empty trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads; the set
+ * of sequences does not depend on their number. KELLER_FAILED: memory. */
+KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
+                         TreeWork *work, KellerError *error);
+#endif

@@ -1,0 +1,132 @@
+#define _GNU_SOURCE /* qsort_r */
+#include "path/trie.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool trie_init(Trie *t)
+{
+    memset(t, 0, sizeof *t);
+    t->capacity = 64;
+    t->slot_count = 256;
+    t->nodes = malloc(t->capacity * sizeof *t->nodes);
+    t->slots = calloc(t->slot_count, sizeof *t->slots);
+    if (!t->nodes || !t->slots) {
+        trie_free(t);
+        return false;
+    }
+    t->nodes[0] = (TrieNode){KELLER_NONE, 0, 0, 0};
+    t->count = 1;
+    return true;
+}
+
+void trie_free(Trie *t)
+{
+    free(t->nodes);
+    free(t->slots);
+    memset(t, 0, sizeof *t);
+}
+
+static uint32_t slot_of(uint32_t parent, StepCode code, uint32_t slot_count)
+{
+    uint64_t key = (uint64_t)parent << 32 | code;
+    key *= 0x9e3779b97f4a7c15u; /* 2^64 / golden ratio: multiplicative hashing */
+    return (uint32_t)(key >> 33) & (slot_count - 1);
+}
+
+static bool rehash(Trie *t)
+{
+    uint32_t more = 2 * t->slot_count;
+    uint32_t *slots = calloc(more, sizeof *slots);
+    if (!slots) return false;
+    for (uint32_t i = 1; i < t->count; i++) {
+        uint32_t s = slot_of(t->nodes[i].parent, t->nodes[i].code, more);
+        while (slots[s]) s = (s + 1) & (more - 1);
+        slots[s] = i;
+    }
+    free(t->slots);
+    t->slots = slots;
+    t->slot_count = more;
+    return true;
+}
+
+uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
+{
+    uint32_t s = slot_of(parent, code, t->slot_count);
+    for (; t->slots[s]; s = (s + 1) & (t->slot_count - 1)) {
+        const TrieNode *n = &t->nodes[t->slots[s]];
+        if (n->parent == parent && n->code == code) return t->slots[s];
+    }
+    if (t->count == t->capacity) {
+        if (t->capacity > UINT32_MAX / 4) return KELLER_NONE;
+        TrieNode *nodes = realloc(t->nodes, 2 * (size_t)t->capacity * sizeof *nodes);
+        if (!nodes) return KELLER_NONE;
+        t->nodes = nodes;
+        t->capacity *= 2;
+    }
+    uint32_t id = t->count++;
+    const TrieNode *p = &t->nodes[parent];
+    t->nodes[id] = (TrieNode){parent, code, (uint8_t)(p->length + 1), (uint8_t)(p->wedges + code_is_wedge(code))};
+    t->slots[s] = id;
+    if (2 * t->count > t->slot_count && !rehash(t)) return KELLER_NONE;
+    return id;
+}
+
+bool trie_merge(Trie *into, const Trie *from)
+{
+    uint32_t *map = malloc(from->count * sizeof *map);
+    if (!map) return false;
+    map[0] = 0;
+    bool ok = true;
+    for (uint32_t i = 1; i < from->count && ok; i++) { /* parents come before their children */
+        map[i] = trie_child(into, map[from->nodes[i].parent], from->nodes[i].code);
+        ok = map[i] != KELLER_NONE;
+    }
+    free(map);
+    return ok;
+}
+
+static int compare(const void *pa, const void *pb, void *context)
+{
+    const Trie *t = context;
+    uint32_t a = *(const uint32_t *)pa, b = *(const uint32_t *)pb;
+    while (a != b) { /* equal lengths: the roots meet at the latest */
+        const TrieNode *na = &t->nodes[a], *nb = &t->nodes[b];
+        if (na->code != nb->code) return na->code < nb->code ? -1 : 1;
+        a = na->parent;
+        b = nb->parent;
+    }
+    return 0;
+}
+
+bool trie_lists(const Trie *t, uint32_t length_max, TrieList *lists)
+{
+    for (uint32_t l = 0; l < length_max; l++) lists[l] = (TrieList){NULL, 0};
+    for (uint32_t i = 1; i < t->count; i++)
+        if (t->nodes[i].length <= length_max) lists[t->nodes[i].length - 1].count++;
+    bool ok = true;
+    for (uint32_t l = 0; l < length_max; l++) {
+        lists[l].nodes = malloc((lists[l].count + 1) * sizeof(uint32_t));
+        ok = ok && lists[l].nodes;
+        lists[l].count = 0;
+    }
+    if (!ok) {
+        for (uint32_t l = 0; l < length_max; l++) free(lists[l].nodes);
+        return false;
+    }
+    for (uint32_t i = 1; i < t->count; i++)
+        if (t->nodes[i].length <= length_max) {
+            TrieList *list = &lists[t->nodes[i].length - 1];
+            list->nodes[list->count++] = i;
+        }
+    for (uint32_t l = 0; l < length_max; l++)
+        qsort_r(lists[l].nodes, lists[l].count, sizeof(uint32_t), compare, (void *)(uintptr_t)t);
+    return true;
+}
+
+uint32_t trie_steps(const Trie *t, uint32_t node, StepCode *codes)
+{
+    uint32_t length = t->nodes[node].length;
+    for (uint32_t i = length; i-- > 0; node = t->nodes[node].parent) codes[i] = t->nodes[node].code;
+    return length;
+}

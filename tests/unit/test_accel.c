@@ -1,0 +1,204 @@
+/* The accelerator against the naive loop over all triangles and wedges. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "keller/accel.h"
+#include "random.h"
+
+enum { MOST = 3000 };
+
+typedef struct {
+    KellerScene scene;
+    KellerVec3 vertices[3 * MOST];
+    uint32_t triangles[MOST][3];
+    KellerWedge wedges[MOST];
+} Fixture;
+
+typedef enum { SPREAD, COPLANAR, ONE_POINT, HUGE_AND_TINY, FAR_AWAY, DEGENERATE, EMPTY, KINDS } Kind;
+
+static void fill(Fixture *f, Kind kind, Random *r)
+{
+    memset(&f->scene, 0, sizeof f->scene);
+    uint32_t n = kind == EMPTY ? 0 : 1 + random_u32(r) % (MOST - 1);
+    for (uint32_t i = 0; i < n; i++) {
+        KellerVec3 middle = random_point(r, 10);
+        double size = pow(10, random_in(r, -3, 0.5));
+        if (kind == ONE_POINT) middle = v3(1, 2, 3), size = 0;
+        if (kind == HUGE_AND_TINY) size = i == 0 ? 1e4 : 1e-4;
+        if (kind == FAR_AWAY) middle = v3_add(middle, v3(1e5, -1e5, 0));
+        for (int k = 0; k < 3; k++) {
+            KellerVec3 p = v3_add(middle, random_point(r, size));
+            if (kind == COPLANAR) p.z = 0;
+            if (kind == DEGENERATE && k == 2) p = f->vertices[3 * i];
+            f->vertices[3 * i + (uint32_t)k] = p;
+            f->triangles[i][k] = 3 * i + (uint32_t)k;
+        }
+        KellerVec3 along = v3_sub(f->vertices[3 * i + 1], f->vertices[3 * i]);
+        f->wedges[i] = (KellerWedge){.origin = f->vertices[3 * i], .direction = v3_unit(along), .length = v3_norm(along)};
+    }
+    f->scene.vertex_count = 3 * n;
+    f->scene.vertices = f->vertices;
+    f->scene.triangle_count = f->scene.wedge_count = n;
+    f->scene.triangles = f->triangles;
+    f->scene.wedges = f->wedges;
+}
+
+typedef struct {
+    uint8_t seen[MOST];
+    KellerRange range[MOST];
+} Seen;
+
+static double see(void *context, uint32_t id, KellerRange range)
+{
+    Seen *s = context;
+    s->seen[id]++;
+    s->range[id] = range;
+    return INFINITY;
+}
+
+static bool see_segment(void *context, uint32_t id)
+{
+    ((Seen *)context)->seen[id]++;
+    return false;
+}
+
+static double box_distance(KellerVec3 p, const Fixture *f, uint32_t i)
+{
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int k = 0; k < 3; k++) {
+        const KellerVec3 *v = &f->vertices[f->triangles[i][k]];
+        lo[0] = fmin(lo[0], v->x), lo[1] = fmin(lo[1], v->y), lo[2] = fmin(lo[2], v->z);
+        hi[0] = fmax(hi[0], v->x), hi[1] = fmax(hi[1], v->y), hi[2] = fmax(hi[2], v->z);
+    }
+    const double q[3] = {p.x, p.y, p.z};
+    double most = 0;
+    for (int k = 0; k < 3; k++) most = fmax(most, fmax(lo[k] - q[k], q[k] - hi[k]));
+    return most;
+}
+
+static void same_as_naive(void **state)
+{
+    (void)state;
+    Fixture *f = malloc(sizeof *f);
+    Seen *seen = malloc(sizeof *seen), *wedges = malloc(sizeof *wedges);
+    Random r = {4711};
+    uint64_t hits = 0, work_total = 0, naive_total = 0;
+    for (int scene = 0; scene < 70; scene++) {
+        fill(f, (Kind)(scene % KINDS), &r);
+        KellerAccel *accel;
+        assert_int_equal(keller_accel_build("auto", &f->scene, &accel, NULL), KELLER_OK);
+        KellerVec3 offset = scene % KINDS == FAR_AWAY ? v3(1e5, -1e5, 0) : v3(0, 0, 0);
+        for (int q = 0; q < 30; q++) {
+            KellerAccelWork work = {0};
+            KellerCone cone = keller_cone_round(v3_add(offset, random_point(&r, 12)), random_unit(&r),
+                                                q % 3 ? random_in(&r, 0, 0.6) : pow(10, random_in(&r, -9, -2)));
+            if (q % 7 == 0) cone.tan_alpha = 0;
+            if (q % 4 == 1) cone.x0 = random_in(&r, 0, 1), cone.e = random_in(&r, 1, 50);
+            if (q % 5 == 2 && f->scene.triangle_count) { /* aimed exactly at a vertex */
+                cone.directrix = v3_unit(v3_sub(f->vertices[0], cone.origin));
+                cone.major = v3_perpendicular(cone.directrix);
+                cone.minor = v3_cross(cone.directrix, cone.major);
+            }
+            KellerRange clip = {q % 2 ? random_in(&r, 0, 4) : 0, q % 3 == 1 ? random_in(&r, 4, 20) : INFINITY};
+            memset(seen->seen, 0, sizeof seen->seen);
+            memset(wedges->seen, 0, sizeof wedges->seen);
+            keller_accel_cone(accel, &cone, clip, see, seen, &work);
+            work_total += work.triangles;
+            naive_total += f->scene.triangle_count;
+            keller_accel_cone_wedges(accel, &cone, clip, see, wedges, &work);
+            for (uint32_t i = 0; i < f->scene.triangle_count; i++) {
+                const uint32_t *t = f->triangles[i];
+                KellerRange a = keller_cone_triangle(&cone, f->vertices[t[0]], f->vertices[t[1]], f->vertices[t[2]], clip,
+                                                     NULL, NULL);
+                bool hit = a.near <= a.far;
+                assert_int_equal(seen->seen[i], hit);
+                if (hit) assert_true(seen->range[i].near == a.near && seen->range[i].far == a.far);
+                hits += hit;
+                const KellerWedge *w = &f->wedges[i];
+                a = keller_cone_edge(&cone, w->origin, v3_madd(w->origin, w->direction, w->length), clip, NULL, NULL);
+                assert_int_equal(wedges->seen[i], a.near <= a.far);
+            }
+            /* segments: whatever lies within the margin of a point of the segment must be visited, nothing twice */
+            KellerVec3 a = v3_add(offset, random_point(&r, 12)), b = v3_add(offset, random_point(&r, 12));
+            if (q % 4 == 0) b.x = a.x; /* in the plane of box sides */
+            if (q % 8 == 0) b.y = a.y;
+            double margin = q % 2 ? 0.01 : 0;
+            memset(seen->seen, 0, sizeof seen->seen);
+            assert_false(keller_accel_segment(accel, a, b, margin, see_segment, seen, &work));
+            for (uint32_t i = 0; i < f->scene.triangle_count; i++) {
+                assert_true(seen->seen[i] <= 1);
+                for (int k = 0; k <= 8 && !seen->seen[i]; k++)
+                    assert_true(box_distance(v3_madd(a, v3_sub(b, a), k / 8.0), f, i) > margin);
+            }
+        }
+        keller_accel_free(accel);
+    }
+    assert_true(hits > 50000);
+    assert_true(work_total < naive_total / 2); /* it does save work */
+    free(f);
+    free(seen);
+    free(wedges);
+}
+
+static double far_limit(void *context, uint32_t id, KellerRange range)
+{
+    (void)id;
+    double *nearest = context;
+    if (range.near < *nearest) *nearest = range.near;
+    return range.near;
+}
+
+/* Shortening the query to the nearest hit so far must still find the nearest. */
+static void nearest_by_shortening(void **state)
+{
+    (void)state;
+    Fixture *f = malloc(sizeof *f);
+    Random r = {12};
+    for (int scene = 0; scene < 30; scene++) {
+        fill(f, SPREAD, &r);
+        KellerAccel *accel;
+        assert_int_equal(keller_accel_build("bvh", &f->scene, &accel, NULL), KELLER_OK);
+        for (int q = 0; q < 50; q++) {
+            KellerAccelWork work = {0};
+            KellerCone cone = keller_cone_round(random_point(&r, 12), random_unit(&r), random_in(&r, 0, 0.5));
+            double nearest = INFINITY, expected = INFINITY;
+            keller_accel_cone(accel, &cone, (KellerRange){0, INFINITY}, far_limit, &nearest, &work);
+            for (uint32_t i = 0; i < f->scene.triangle_count; i++) {
+                const uint32_t *t = f->triangles[i];
+                KellerRange a = keller_cone_triangle(&cone, f->vertices[t[0]], f->vertices[t[1]], f->vertices[t[2]],
+                                                     (KellerRange){0, INFINITY}, NULL, NULL);
+                expected = fmin(expected, a.near);
+            }
+            assert_true(fabs(nearest - expected) <= 1e-12 * fabs(expected) || nearest == expected);
+        }
+        keller_accel_free(accel);
+    }
+    free(f);
+}
+
+static void unknown_name(void **state)
+{
+    (void)state;
+    KellerScene scene = {0};
+    KellerAccel *accel;
+    KellerError error;
+    assert_int_equal(keller_accel_build("octree", &scene, &accel, &error), KELLER_BAD_INPUT);
+    assert_non_null(strstr(error.message, "octree"));
+    assert_null(accel);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_as_naive),
+        cmocka_unit_test(nearest_by_shortening),
+        cmocka_unit_test(unknown_name),
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
