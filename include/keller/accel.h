@@ -21,6 +21,9 @@ typedef struct {
 /* Builds the accelerator `name` ("auto" or "bvh": binary, binned SAH) over the scene's triangles. The scene must outlive
  * it. Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). */
 KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error);
+/* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges. `wedges` is copied. */
+KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
+                                       KellerAccel **accel, KellerError *error);
 void keller_accel_free(KellerAccel *accel);
 const char *keller_accel_name(const KellerAccel *accel);
 

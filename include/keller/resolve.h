@@ -11,10 +11,12 @@
  *   2. the <material> of the configuration with the name that the scene gives the triangle's material;
  *   3. the scene's own material, where the scene says what it is made of;
  *   4. the <default-material>.
+ *
  * <assign> and <default-material> name a <material> of the configuration or, failing that, a material that the scene
- * defines. Afterwards soup->materials holds the materials that some triangle uses, sorted by name; on failure the soup is
- * unchanged.
- * Errors: KELLER_BAD_INPUT with the configuration's FILE:LINE: an unknown object or material (with the nearest name), a
- * triangle for which there is none of the four (naming object and material and what to add); KELLER_FAILED (memory). */
+ * defines. Afterwards soup->materials holds the materials that some triangle uses, sorted by name; on failure the
+ * soup is unchanged.
+ * Errors: KELLER_BAD_INPUT with the configuration's FILE:LINE: an unknown object or material (with the nearest name),
+ * a triangle for which there is none of the four (naming object and material and what to add); KELLER_FAILED
+ * (memory). */
 KellerStatus keller_config_resolve(const KellerConfig *config, KellerSoup *soup, KellerError *error);
 #endif

@@ -5,10 +5,12 @@
 #include <string.h>
 
 #include "accel/bvh.h"
+#include "base/number.h"
 
 struct KellerAccel {
     const KellerScene *scene;
     Bvh triangles, wedges;
+    uint32_t *wedge_ids;        /* of the wedges in the hierarchy; NULL: all, in order */
 };
 
 static KellerVec3 wedge_end(const KellerWedge *w) { return v3_madd(w->origin, w->direction, w->length); }
@@ -44,9 +46,34 @@ KellerStatus keller_accel_build(const char *name, const KellerScene *scene, Kell
     return KELLER_OK;
 }
 
+KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
+                                       KellerAccel **accel, KellerError *error)
+{
+    KellerAccel *a = *accel = calloc(1, sizeof *a);
+    BvhBox *boxes = malloc((count + 1) * sizeof *boxes);
+    if (a) a->wedge_ids = malloc((count + 1) * sizeof *wedges);
+    KellerStatus status = KELLER_OK;
+    if (!a || !boxes || !a->wedge_ids) {
+        status = keller_error_memory(error, count * sizeof *boxes);
+    } else {
+        a->scene = scene;
+        for (uint32_t i = 0; i < count; i++) {
+            const KellerWedge *w = &scene->wedges[a->wedge_ids[i] = wedges[i]];
+            boxes[i] = bvh_box(2, (KellerVec3[]){w->origin, wedge_end(w)});
+        }
+        status = bvh_build(count, boxes, &a->wedges, error);
+    }
+    free(boxes);
+    if (status == KELLER_OK) return status;
+    keller_accel_free(a);
+    *accel = NULL;
+    return status;
+}
+
 void keller_accel_free(KellerAccel *accel)
 {
     if (!accel) return;
+    free(accel->wedge_ids);
     bvh_free(&accel->triangles);
     bvh_free(&accel->wedges);
     free(accel);
@@ -66,6 +93,7 @@ bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, 
 
 typedef struct {
     const KellerScene *scene;
+    const uint32_t *wedge_ids;
     const KellerCone *cone;
     double near;
     KellerVisitCone visit;
@@ -78,27 +106,28 @@ static double visit_triangle(void *context, uint32_t id, double far)
     const uint32_t *t = q->scene->triangles[id];
     const KellerVec3 *v = q->scene->vertices;
     KellerRange range = keller_cone_triangle(q->cone, v[t[0]], v[t[1]], v[t[2]], (KellerRange){q->near, far}, NULL, NULL);
-    return range.near <= range.far ? fmin(far, q->visit(q->context, id, range)) : far;
+    return range.near <= range.far ? lesser(far, q->visit(q->context, id, range)) : far;
 }
 
 static double visit_wedge(void *context, uint32_t id, double far)
 {
     const ConeQuery *q = context;
+    if (q->wedge_ids) id = q->wedge_ids[id];
     const KellerWedge *w = &q->scene->wedges[id];
     KellerRange range = keller_cone_edge(q->cone, w->origin, wedge_end(w), (KellerRange){q->near, far}, NULL, NULL);
-    return range.near <= range.far ? fmin(far, q->visit(q->context, id, range)) : far;
+    return range.near <= range.far ? lesser(far, q->visit(q->context, id, range)) : far;
 }
 
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        void *context, KellerAccelWork *work)
 {
-    ConeQuery q = {accel->scene, cone, clip.near, visit, context};
+    ConeQuery q = {accel->scene, accel->wedge_ids, cone, clip.near, visit, context};
     bvh_cone(&accel->triangles, cone, clip, visit_triangle, &q, work);
 }
 
 void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                               void *context, KellerAccelWork *work)
 {
-    ConeQuery q = {accel->scene, cone, clip.near, visit, context};
+    ConeQuery q = {accel->scene, accel->wedge_ids, cone, clip.near, visit, context};
     bvh_cone(&accel->wedges, cone, clip, visit_wedge, &q, work);
 }

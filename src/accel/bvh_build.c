@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/number.h"
+
 enum { BINS = 16, LEAF = 4, LEAF_MOST = 8, SAH_DEPTH = 64 };
 
 typedef struct {
@@ -27,8 +29,8 @@ BvhBox bvh_box(size_t count, const KellerVec3 *points)
     for (size_t i = 0; i < count; i++) {
         const double p[3] = {points[i].x, points[i].y, points[i].z};
         for (int k = 0; k < 3; k++) {
-            lo[k] = fmin(lo[k], p[k]);
-            hi[k] = fmax(hi[k], p[k]);
+            lo[k] = lesser(lo[k], p[k]);
+            hi[k] = greater(hi[k], p[k]);
         }
     }
     BvhBox box;
@@ -47,8 +49,8 @@ static BvhBox empty_box(void)
 static void grow(BvhBox *a, const BvhBox *b)
 {
     for (int k = 0; k < 3; k++) {
-        a->lower[k] = fminf(a->lower[k], b->lower[k]);
-        a->upper[k] = fmaxf(a->upper[k], b->upper[k]);
+        a->lower[k] = a->lower[k] < b->lower[k] ? a->lower[k] : b->lower[k];
+        a->upper[k] = a->upper[k] > b->upper[k] ? a->upper[k] : b->upper[k];
     }
 }
 
@@ -77,8 +79,8 @@ static uint32_t split(Builder *b, uint32_t begin, uint32_t end, int depth)
             double lo = INFINITY, hi = -INFINITY;
             for (uint32_t i = begin; i < end; i++) {
                 double c = centroid(&b->boxes[b->order[i]], k);
-                lo = fmin(lo, c);
-                hi = fmax(hi, c);
+                lo = lesser(lo, c);
+                hi = greater(hi, c);
             }
             if (!(hi > lo)) continue;
             double scale = BINS * (1 - 1e-9) / (hi - lo);

@@ -5,6 +5,7 @@
 #include <assert.h>
 
 #include "base/simd.h"
+#include "base/number.h"
 
 /* Depth of the tree is at most 64 levels of SAH and 32 of halving; each level leaves at most three siblings waiting. */
 enum { STACK = 3 * (64 + 33) + 1 };
@@ -75,7 +76,7 @@ static WideCone widen(const KellerCone *c, const Bvh *bvh)
         double extent = 0;
         for (int i = 0; i < 4; i++) {
             float lo = bvh->nodes[0].lower[k][i], hi = bvh->nodes[0].upper[k][i];
-            if (lo <= hi) extent = fmax(extent, fmax(fabs((double)lo), fabs((double)hi)));
+            if (lo <= hi) extent = greater(extent, greater(fabs((double)lo), fabs((double)hi)));
         }
         size += 4 * c->e * (extent + fabs(o[k]));
     }
@@ -91,7 +92,7 @@ void bvh_cone(const Bvh *bvh, const KellerCone *cone, KellerRange clip, BvhVisit
     if (bvh->primitive_count == 0) return;
     const WideCone w = widen(cone, bvh);
     const d4 zero = d4_set1(0), half = d4_set1(0.5), tiny = d4_set1(1e-300);
-    double near = fmax(cone->z_near, clip.near) - w.slack, far = fmin(cone->z_far, clip.far);
+    double near = greater(cone->z_near, clip.near) - w.slack, far = lesser(cone->z_far, clip.far);
     struct {
         uint32_t node;
         double z;

@@ -4,11 +4,13 @@
 
 #include <assert.h>
 
+#include "base/number.h"
+
 #define TAN_MAX 5.671281819617709 /* tan 80 degrees */
 
 static const KellerRange EMPTY = {INFINITY, -INFINITY};
 
-static KellerRange include(KellerRange r, double z) { return (KellerRange){fmin(r.near, z), fmax(r.far, z)}; }
+static KellerRange include(KellerRange r, double z) { return (KellerRange){lesser(r.near, z), greater(r.far, z)}; }
 
 /* A point in the stretched local frame. */
 static KellerVec3 local(const KellerCone *c, KellerVec3 p)
@@ -27,7 +29,7 @@ static bool inside(const KellerCone *c, KellerVec3 p, double slack)
 
 static KellerRange clip_of(const KellerCone *c, KellerRange clip)
 {
-    return (KellerRange){fmax(c->z_near, clip.near), fmin(c->z_far, clip.far)};
+    return (KellerRange){greater(c->z_near, clip.near), lesser(c->z_far, clip.far)};
 }
 
 /* ---- construction --------------------------------------------------------------------------------------------- */
@@ -51,8 +53,8 @@ static void lay_ellipse(KellerCone *c, size_t count, const double (*xy)[2], doub
     }
     double angle = 0.5 * atan2(2 * xy_sum, xx - yy), co = cos(angle), si = sin(angle), a = 0, b = 0;
     for (size_t i = 0; i < count; i++) {
-        a = fmax(a, fabs(co * xy[i][0] + si * xy[i][1]));
-        b = fmax(b, fabs(-si * xy[i][0] + co * xy[i][1]));
+        a = greater(a, fabs(co * xy[i][0] + si * xy[i][1]));
+        b = greater(b, fabs(-si * xy[i][0] + co * xy[i][1]));
     }
     if (b > a) { /* the longer extent is the major axis */
         double t = co;
@@ -66,7 +68,7 @@ static void lay_ellipse(KellerCone *c, size_t count, const double (*xy)[2], doub
     major = v3_unit(v3_madd(major, c->directrix, -v3_dot(major, c->directrix)));
     c->major = major;
     c->minor = v3_cross(c->directrix, major);
-    c->e = a > 0 ? fmin(a / fmax(b, a / e_max), e_max) : 1;
+    c->e = a > 0 ? lesser(a / greater(b, a / e_max), e_max) : 1;
 }
 
 bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t count, const KellerVec3 *directions,
@@ -91,8 +93,8 @@ bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t coun
         foot[i][0] = v3_dot(q, cone->major);
         foot[i][1] = v3_dot(q, cone->minor);
         double z = v3_dot(q, cone->directrix);
-        z_low = fmin(z_low, z);
-        z_high = fmax(z_high, z);
+        z_low = lesser(z_low, z);
+        z_high = greater(z_high, z);
     }
     /* One eccentricity must serve both the footprint and the directions: lay it by the one that is longer against its own
      * spread. Directions decide for a point source. */
@@ -100,8 +102,8 @@ bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t coun
         lay_ellipse(cone, count, slope, 1e3);
     } else {
         double both[2 * MOST][2], reach = 0, spread = 0;
-        for (size_t i = 0; i < source_count; i++) reach = fmax(reach, hypot(foot[i][0], foot[i][1]));
-        for (size_t i = 0; i < count; i++) spread = fmax(spread, hypot(slope[i][0], slope[i][1]));
+        for (size_t i = 0; i < source_count; i++) reach = greater(reach, length2(foot[i][0], foot[i][1]));
+        for (size_t i = 0; i < count; i++) spread = greater(spread, length2(slope[i][0], slope[i][1]));
         for (size_t i = 0; i < source_count; i++)
             for (int j = 0; j < 2; j++) both[i][j] = reach > 0 ? foot[i][j] / reach : 0;
         for (size_t i = 0; i < count; i++)
@@ -112,13 +114,13 @@ bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t coun
     for (size_t i = 0; i < count; i++) {
         double dz = v3_dot(directions[i], cone->directrix);
         double x = v3_dot(directions[i], cone->major) / dz, y = cone->e * v3_dot(directions[i], cone->minor) / dz;
-        t = fmax(t, sqrt(x * x + y * y));
+        t = greater(t, sqrt(x * x + y * y));
     }
     if (!(t < TAN_MAX)) return false;
     for (size_t i = 0; i < source_count; i++) {
         KellerVec3 q = local(cone, sources[i]);
-        x0 = fmax(x0, sqrt(q.x * q.x + q.y * q.y));
-        size = fmax(size, size1(sources[i]));
+        x0 = greater(x0, sqrt(q.x * q.x + q.y * q.y));
+        size = greater(size, size1(sources[i]));
     }
     /* Rounding of the constructed axes and of the sources: a little wider. */
     cone->tan_alpha = t * (1 + 1e-12) + 1e-12;
@@ -160,18 +162,18 @@ KellerRange keller_cone_plane(const KellerCone *cone, KellerVec3 normal, double 
 {
     clip = clip_of(cone, clip);
     double nx = v3_dot(normal, cone->major), ny = v3_dot(normal, cone->minor) / cone->e,
-           nz = v3_dot(normal, cone->directrix), d = offset - v3_dot(normal, cone->origin), g = hypot(nx, ny);
+           nz = v3_dot(normal, cone->directrix), d = offset - v3_dot(normal, cone->origin), g = length2(nx, ny);
     /* The plane meets the cross-section at z if |d - nz z| <= g R(z): two half-lines of z, eq. 4 with u from eq. 5. Walk
      * through the sign cases by intersecting d - nz z <= g R and -(d - nz z) <= g R. */
     double slack = KELLER_CONE_SLACK * (fabs(offset) + size1(cone->origin) + fabs(d) + cone->x0);
     double gR = g * cone->x0 + slack;
     KellerRange r = clip;
     double c1 = nz + g * cone->tan_alpha, c2 = nz - g * cone->tan_alpha; /* c1 z >= d - g x0,  c2 z <= d + g x0 */
-    if (c1 > 0) r.near = fmax(r.near, (d - gR) / c1);
-    else if (c1 < 0) r.far = fmin(r.far, (d - gR) / c1);
+    if (c1 > 0) r.near = greater(r.near, (d - gR) / c1);
+    else if (c1 < 0) r.far = lesser(r.far, (d - gR) / c1);
     else if (d > gR) return EMPTY;
-    if (c2 > 0) r.far = fmin(r.far, (d + gR) / c2);
-    else if (c2 < 0) r.near = fmax(r.near, (d + gR) / c2);
+    if (c2 > 0) r.far = lesser(r.far, (d + gR) / c2);
+    else if (c2 < 0) r.near = greater(r.near, (d + gR) / c2);
     else if (d < -gR) return EMPTY;
     if (r.near > r.far) return EMPTY;
     for (int i = 0; i < 2; i++) {
@@ -184,7 +186,7 @@ KellerRange keller_cone_plane(const KellerCone *cone, KellerVec3 normal, double 
         }
         /* the point of the line plane-cross-section nearest to the axis lies in the ellipse: x = nx s, y = ny s / e */
         double s = g > 0 ? (d - nz * z) / (g * g) : 0, most = g > 0 ? R / g : 0;
-        s = fmax(-most, fmin(most, s));
+        s = greater(-most, lesser(most, s));
         *point = v3_madd(v3_madd(v3_madd(cone->origin, cone->directrix, z), cone->major, nx * s), cone->minor,
                          ny * s / cone->e);
     }
@@ -202,10 +204,10 @@ static bool edge_interval(const KellerCone *c, KellerVec3 a, KellerVec3 b, doubl
     if (in_a && in_b) return true;
     if (a.x == b.x && a.y == b.y && a.z == b.z) return false; /* a point, outside */
     double lx = b.x - a.x, ly = b.y - a.y, Ra = a.z * c->tan_alpha + c->x0 + slack, Rl = (b.z - a.z) * c->tan_alpha;
-    double px = lx * Ra - a.x * Rl, py = ly * Ra - a.y * Rl, P = hypot(px, py), Q = fabs(a.x * ly - a.y * lx);
+    double px = lx * Ra - a.x * Rl, py = ly * Ra - a.y * Rl, P = length2(px, py), Q = fabs(a.x * ly - a.y * lx);
     double err = KELLER_CONE_SLACK * (fabs(a.x) + fabs(a.y) + fabs(Ra)) * (fabs(lx) + fabs(ly) + fabs(Rl));
     if (P + err < Q) return false;
-    double D = (P + Q) * fmax(P - Q + 2 * err, 0) + err * err, root = sqrt(D);
+    double D = (P + Q) * greater(P - Q + 2 * err, 0) + err * err, root = sqrt(D);
     double A = lx * lx + ly * ly - Rl * Rl, B = a.x * lx + a.y * ly - Ra * Rl, C = a.x * a.x + a.y * a.y - Ra * Ra;
     double q = -(B + copysign(root, B));
     if (!(fabs(q) > 0)) return true; /* along the envelope: take it whole */
@@ -216,16 +218,16 @@ static bool edge_interval(const KellerCone *c, KellerVec3 a, KellerVec3 b, doubl
         r2 = t;
     }
     if (!(A != 0)) { /* parallel to the envelope: one root */
-        if (B < 0) *t1 = fmax(*t1, r2);
-        else *t2 = fmin(*t2, r2);
+        if (B < 0) *t1 = greater(*t1, r2);
+        else *t2 = lesser(*t2, r2);
     } else if (A > 0) { /* inside between the roots, on one nappe */
-        if (!in_a && !in_b && Ra + Rl * fmax(0, fmin(1, -B / A)) < 0) return false;
-        *t1 = fmax(*t1, r1);
-        *t2 = fmin(*t2, r2);
+        if (!in_a && !in_b && Ra + Rl * greater(0, lesser(1, -B / A)) < 0) return false;
+        *t1 = greater(*t1, r1);
+        *t2 = lesser(*t2, r2);
     } else if (Rl > 0) { /* steeper than the envelope: from the forward root on */
-        *t1 = fmax(*t1, r2);
+        *t1 = greater(*t1, r2);
     } else {
-        *t2 = fmin(*t2, r1);
+        *t2 = lesser(*t2, r1);
     }
     if (in_a) *t1 = 0;
     if (in_b) *t2 = 1;
@@ -236,7 +238,7 @@ static KellerRange edge_local(const KellerCone *c, KellerVec3 a, KellerVec3 b, K
                               double *tb)
 {
     double t1, t2;
-    if (fmax(a.z, b.z) < clip.near - slack || fmin(a.z, b.z) > clip.far + slack) return EMPTY;
+    if (greater(a.z, b.z) < clip.near - slack || lesser(a.z, b.z) > clip.far + slack) return EMPTY;
     if (!edge_interval(c, a, b, slack, &t1, &t2)) return EMPTY;
     double z1 = a.z + t1 * (b.z - a.z), z2 = a.z + t2 * (b.z - a.z);
     if (z1 > z2) {
@@ -252,7 +254,7 @@ static KellerRange edge_local(const KellerCone *c, KellerVec3 a, KellerVec3 b, K
     if (z2 > clip.far && z2 > z1) t2 = t1 + (t2 - t1) * (clip.far - z1) / (z2 - z1), z2 = clip.far;
     *ta = t1;
     *tb = t2;
-    return (KellerRange){fmax(z1 - slack, clip.near), fmin(z2 + slack, fmax(clip.far, z1))};
+    return (KellerRange){greater(z1 - slack, clip.near), lesser(z2 + slack, greater(clip.far, z1))};
 }
 
 KellerRange keller_cone_edge(const KellerCone *cone, KellerVec3 a, KellerVec3 b, KellerRange clip, KellerVec3 *nearest,
@@ -265,8 +267,8 @@ KellerRange keller_cone_edge(const KellerCone *cone, KellerVec3 a, KellerVec3 b,
     double t1, t2;
     KellerRange r = edge_local(cone, la, lb, clip, slack, &t1, &t2);
     if (r.near > r.far) return EMPTY;
-    if (nearest) *nearest = v3_madd(a, v3_sub(b, a), fmax(0, fmin(1, t1)));
-    if (farthest) *farthest = v3_madd(a, v3_sub(b, a), fmax(0, fmin(1, t2)));
+    if (nearest) *nearest = v3_madd(a, v3_sub(b, a), greater(0, lesser(1, t1)));
+    if (farthest) *farthest = v3_madd(a, v3_sub(b, a), greater(0, lesser(1, t2)));
     return r;
 }
 
@@ -287,9 +289,16 @@ KellerRange keller_cone_triangle(const KellerCone *cone, KellerVec3 a, KellerVec
     KellerVec3 v[3] = {local(cone, a), local(cone, b), local(cone, c)}, w[3] = {a, b, c};
     double slack = KELLER_CONE_SLACK * (size1(v[0]) + size1(v[1]) + size1(v[2]) + cone->x0 +
                                         cone->e * (size1(a) + size1(b) + size1(c) + size1(cone->origin)));
-    double z_low = fmin(v[0].z, fmin(v[1].z, v[2].z)), z_high = fmax(v[0].z, fmax(v[1].z, v[2].z));
-    KellerRange possible = {fmax(clip.near, z_low - slack), fmin(clip.far, z_high + slack)}, r = EMPTY;
+    double z_low = lesser(v[0].z, lesser(v[1].z, v[2].z)), z_high = greater(v[0].z, greater(v[1].z, v[2].z));
+    KellerRange possible = {greater(clip.near, z_low - slack), lesser(clip.far, z_high + slack)}, r = EMPTY;
     if (possible.near > possible.far) return EMPTY;
+    /* most triangles that a traversal offers are cut off by the cone's tangent plane on their side */
+    double mx = v[0].x + v[1].x + v[2].x, my = v[0].y + v[1].y + v[2].y, m = length2(mx, my);
+    if (m > 0) {
+        double beyond = INFINITY;
+        for (int i = 0; i < 3; i++) beyond = lesser(beyond, (v[i].x * mx + v[i].y * my) / m - v[i].z * cone->tan_alpha);
+        if (beyond > cone->x0 + slack) return EMPTY;
+    }
     KellerVec3 near_point = a, far_point = a;
     /* cases 1 and 3: vertices and edges (an edge's range includes its vertices') */
     for (int i = 0; i < 3; i++) {
@@ -297,14 +306,14 @@ KellerRange keller_cone_triangle(const KellerCone *cone, KellerVec3 a, KellerVec
         double t1 = 0, t2 = 1;
         KellerRange e = edge_local(cone, v[i], v[j], clip, slack, &t1, &t2);
         if (e.near > e.far) continue;
-        if (e.near < r.near) near_point = v3_madd(w[i], v3_sub(w[j], w[i]), fmax(0, fmin(1, t1)));
-        if (e.far > r.far) far_point = v3_madd(w[i], v3_sub(w[j], w[i]), fmax(0, fmin(1, t2)));
-        r = (KellerRange){fmin(r.near, e.near), fmax(r.far, e.far)};
+        if (e.near < r.near) near_point = v3_madd(w[i], v3_sub(w[j], w[i]), greater(0, lesser(1, t1)));
+        if (e.far > r.far) far_point = v3_madd(w[i], v3_sub(w[j], w[i]), greater(0, lesser(1, t2)));
+        r = (KellerRange){lesser(r.near, e.near), greater(r.far, e.far)};
     }
     /* case 2: the section of the cone with the triangle's plane has its extreme points, or its cut by a clip plane, or the
      * axis inside the triangle. In the stretched frame: plane n.p = d. */
     KellerVec3 n = v3_cross(v3_sub(v[1], v[0]), v3_sub(v[2], v[0]));
-    double g = hypot(n.x, n.y), d = v3_dot(n, v[0]), n_norm = sqrt(g * g + n.z * n.z);
+    double g = length2(n.x, n.y), d = v3_dot(n, v[0]), n_norm = sqrt(g * g + n.z * n.z);
     if (n_norm > 0) {
         double ux = g > 0 ? n.x / g : 1, uy = g > 0 ? n.y / g : 0;
         for (int i = 0; i < 5; i++) {
@@ -325,7 +334,7 @@ KellerRange keller_cone_triangle(const KellerCone *cone, KellerVec3 a, KellerVec
             if (z < clip.near - slack || z > clip.far + slack) continue;
             KellerVec3 p = v3(s * ux, s * uy, z);
             if (!in_triangle(p, v[0], v[1], v[2], n, slack)) continue;
-            z = fmax(possible.near, fmin(possible.far, z));
+            z = greater(possible.near, lesser(possible.far, z));
             KellerVec3 world = v3_madd(v3_madd(v3_madd(cone->origin, cone->major, p.x), cone->minor, p.y / cone->e),
                                        cone->directrix, p.z);
             if (z - slack < r.near) near_point = world;
@@ -336,7 +345,7 @@ KellerRange keller_cone_triangle(const KellerCone *cone, KellerVec3 a, KellerVec
     if (r.near > r.far) return EMPTY;
     if (nearest) *nearest = near_point;
     if (farthest) *farthest = far_point;
-    return (KellerRange){fmax(r.near, possible.near), fmin(r.far, possible.far)};
+    return (KellerRange){greater(r.near, possible.near), lesser(r.far, possible.far)};
 }
 
 bool keller_cone_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 upper, KellerRange clip)
@@ -350,11 +359,11 @@ bool keller_cone_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 upper,
     double slack = KELLER_CONE_SLACK * (size1(c) + hx + hy + hz + cone->x0 + cone->e * (size1(m) + size1(cone->origin)));
     double low = c.z - hz, high = c.z + hz;
     if (high < clip.near - slack || low > clip.far + slack) return false;
-    double R = fmin(high, clip.far) * cone->tan_alpha + cone->x0 + slack;
-    double dx = fmax(fabs(c.x) - hx, 0), dy = fmax(fabs(c.y) - hy, 0);
+    double R = lesser(high, clip.far) * cone->tan_alpha + cone->x0 + slack;
+    double dx = greater(fabs(c.x) - hx, 0), dy = greater(fabs(c.y) - hy, 0);
     if (R < 0 || dx * dx + dy * dy > R * R) return false;
     /* the tangent plane of the cone that faces the box's middle separates them? */
-    double r = hypot(c.x, c.y);
+    double r = length2(c.x, c.y);
     if (r <= 0) return true;
     double ux = c.x / r, uy = c.y / r, t = cone->tan_alpha;
     KellerVec3 n = v3_sub(v3_add(v3_scale(X, ux), v3_scale(Y, uy * cone->e)), v3_scale(D, t));

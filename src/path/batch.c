@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/number.h"
+
 static double delay_of(const KellerPath *p) { return p->length / KELLER_LIGHT_SPEED; }
 
 static int compare_paths(const void *pa, const void *pb)
@@ -44,7 +46,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
                                  c->media + f * c->scene->material_count, m);
             double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
             pair->gain[i * F + f] = g;
-            strongest[f] = fmax(strongest[f], power(g));
+            strongest[f] = greater(strongest[f], power(g));
         }
     }
     double range = pow(10, -c->config->dynamic_range / 10);

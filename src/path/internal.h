@@ -3,6 +3,7 @@
 #define KELLER_PATH_INTERNAL_H
 #include <stdbool.h>
 #include <stdint.h>
+#include "base/number.h"
 #include "keller/path.h"
 
 /* A step as one word: the id, and the top bit for a wedge. */
@@ -17,10 +18,10 @@ static inline uint32_t code_id(StepCode code) { return code & ~CODE_WEDGE; }
  * than this cannot be told apart. */
 static inline double path_rounding(const KellerScene *scene, KellerVec3 p)
 {
-    double size = fmax(fabs(p.x), fmax(fabs(p.y), fabs(p.z)));
-    size = fmax(size, fmax(fabs(scene->lower.x), fabs(scene->upper.x)));
-    size = fmax(size, fmax(fabs(scene->lower.y), fabs(scene->upper.y)));
-    size = fmax(size, fmax(fabs(scene->lower.z), fabs(scene->upper.z)));
+    double size = greater(fabs(p.x), greater(fabs(p.y), fabs(p.z)));
+    size = greater(size, greater(fabs(scene->lower.x), fabs(scene->upper.x)));
+    size = greater(size, greater(fabs(scene->lower.y), fabs(scene->upper.y)));
+    size = greater(size, greater(fabs(scene->lower.z), fabs(scene->upper.z)));
     return 64 * 0x1p-52 * size;
 }
 

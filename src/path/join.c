@@ -1,41 +1,75 @@
 #include "path/join.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MOST = KELLER_MAX_INTERACTIONS };
+
+static void plan(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids, TreeLimits *forward,
+                 TreeLimits *backward)
+{
+    memset(forward->want, 0, sizeof forward->want);
+    memset(backward->want, 0, sizeof backward->want);
+    uint32_t half = grids ? (interactions + 1) / 2 : interactions - interactions / 2;
+    for (uint32_t k = 1; k <= interactions; k++)
+        for (uint32_t w = 0; w <= k; w++) { /* place of the wedge, counted from the receiver */
+            if (k - (w > 0) > reflections || (w > 0) > diffractions) continue;
+            uint32_t m = k < half ? k : half; /* the common step, counted from the receiver */
+            if (w > 0 && (w <= half || !grids)) m = w;
+            backward->want[m][w == m ? m : 0] = true;
+            forward->want[k + 1 - m][w > 0 ? k + 1 - w : 0] = true;
+        }
+}
+
+void plan_points(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
+                 TreeLimits *backward)
+{
+    plan(reflections, diffractions, interactions, false, forward, backward);
+}
+
+void plan_grids(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
+                TreeLimits *backward)
+{
+    plan(reflections, diffractions, interactions, true, forward, backward);
+}
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error)
 {
     memset(ends, 0, sizeof *ends);
-    ends->length = limits->length;
-    if (limits->length == 0) return KELLER_OK;
+    ends->limits = *limits;
     KellerStatus status = tree_search(limits, count, end, threads, &ends->trie, work, error);
-    if (status == KELLER_OK && !trie_lists(&ends->trie, ends->length, ends->lists)) {
-        trie_free(&ends->trie);
-        memset(ends, 0, sizeof *ends);
-        status = keller_error(error, KELLER_FAILED, "out of memory in the candidate search");
-    }
+    for (uint32_t l = 1; l <= MOST && status == KELLER_OK; l++)
+        for (uint32_t w = 0; w <= l && status == KELLER_OK; w++)
+            if (limits->want[l][w] && !trie_list(&ends->trie, l, w, &ends->lists[l][w]))
+                status = keller_error(error, KELLER_FAILED, "out of memory in the candidate search");
+    if (status != KELLER_OK) ends_free(ends);
     return status;
 }
 
 void ends_free(Ends *ends)
 {
-    for (uint32_t i = 0; i < ends->length; i++) free(ends->lists[i].nodes);
+    for (uint32_t l = 0; l <= MOST; l++)
+        for (uint32_t w = 0; w <= MOST; w++) free(ends->lists[l][w].nodes);
     trie_free(&ends->trie);
     memset(ends, 0, sizeof *ends);
 }
 
-static StepCode last_code(const Ends *e, uint32_t length, uint32_t i)
-{
-    return e->trie.nodes[e->lists[length - 1].nodes[i]].code;
-}
+/* Sequences of one end with one length and place of the wedge. */
+typedef struct {
+    const Trie *trie;
+    const TrieList *list;
+    uint32_t length;
+} Side;
+
+static StepCode last_code(const Side *s, uint32_t i) { return s->trie->nodes[s->list->nodes[i]].code; }
 
 /* The end of the run of equal last steps that begins at i. */
-static uint32_t run_end(const Ends *e, uint32_t length, uint32_t i)
+static uint32_t run_end(const Side *s, uint32_t i)
 {
-    StepCode code = last_code(e, length, i);
-    uint32_t n = e->lists[length - 1].count;
-    while (i < n && last_code(e, length, i) == code) i++;
+    StepCode code = last_code(s, i);
+    while (i < s->list->count && last_code(s, i) == code) i++;
     return i;
 }
 
@@ -44,14 +78,14 @@ typedef struct {
     uint32_t f0, f1, b0, b1;
 } Meeting;
 
-static size_t count_pairs(const Ends *f, uint32_t a, const Ends *b, uint32_t c, Meeting *meetings, size_t *meeting_count)
+static size_t count_pairs(const Side *f, const Side *b, Meeting *meetings, size_t *meeting_count)
 {
     size_t pairs = 0;
-    uint32_t i = 0, j = 0, nf = f->lists[a - 1].count, nb = b->lists[c - 1].count;
+    uint32_t i = 0, j = 0;
     *meeting_count = 0;
-    while (i < nf && j < nb) {
-        StepCode x = last_code(f, a, i), y = last_code(b, c, j);
-        uint32_t fe = run_end(f, a, i), be = run_end(b, c, j);
+    while (i < f->list->count && j < b->list->count) {
+        StepCode x = last_code(f, i), y = last_code(b, j);
+        uint32_t fe = run_end(f, i), be = run_end(b, j);
         if (x == y) {
             pairs += (size_t)(fe - i) * (be - j);
             if (meetings) meetings[*meeting_count] = (Meeting){i, fe, j, be};
@@ -65,8 +99,7 @@ static size_t count_pairs(const Ends *f, uint32_t a, const Ends *b, uint32_t c, 
 
 typedef struct {
     const JoinLimits *limits;
-    const Ends *forward, *backward;
-    uint32_t a, b;
+    Side forward, backward;
     KellerVec3 tx;
     uint32_t receivers;
     const KellerVec3 *rx;
@@ -81,19 +114,14 @@ static void step_of(StepCode code, KellerStep *step)
 static bool solve_row(const Job *job, uint32_t forward_index, const Meeting *m, PathList *lists, JoinWork *work)
 {
     const JoinLimits *l = job->limits;
-    StepCode codes[KELLER_MAX_INTERACTIONS], tail[KELLER_MAX_INTERACTIONS];
-    KellerStep steps[KELLER_MAX_INTERACTIONS];
-    uint32_t node = job->forward->lists[job->a - 1].nodes[forward_index];
-    uint32_t wedges_here = job->forward->trie.nodes[node].wedges, k = job->a + job->b - 1;
-    trie_steps(&job->forward->trie, node, codes);
-    for (uint32_t i = 0; i < job->a; i++) step_of(codes[i], &steps[i]);
-    uint32_t common_wedge = code_is_wedge(codes[job->a - 1]);
+    StepCode codes[MOST], tail[MOST];
+    KellerStep steps[MOST];
+    uint32_t a = job->forward.length, b = job->backward.length, k = a + b - 1;
+    trie_steps(job->forward.trie, job->forward.list->nodes[forward_index], codes);
+    for (uint32_t i = 0; i < a; i++) step_of(codes[i], &steps[i]);
     for (uint32_t j = m->b0; j < m->b1; j++) {
-        uint32_t back = job->backward->lists[job->b - 1].nodes[j];
-        uint32_t wedges = wedges_here + job->backward->trie.nodes[back].wedges - common_wedge;
-        if (wedges > l->diffractions || k - wedges > l->reflections) continue;
-        trie_steps(&job->backward->trie, back, tail);
-        for (uint32_t i = 0; i + 1 < job->b; i++) step_of(tail[job->b - 2 - i], &steps[job->a + i]);
+        trie_steps(job->backward.trie, job->backward.list->nodes[j], tail);
+        for (uint32_t i = 0; i + 1 < b; i++) step_of(tail[b - 2 - i], &steps[a + i]);
         for (uint32_t r = 0; r < job->receivers; r++) {
             KellerPath path;
             work->candidates++;
@@ -156,29 +184,32 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
         if (keller_path_solve(limits->scene, limits->accel, tx, rx[r], 0, NULL, &path, &work->accel))
             ok = path_list_push(&lists[r], &path);
     }
-    for (uint32_t k = 1; k <= limits->interactions && ok; k++) {
-        Job job = {limits, forward, backward, 0, 0, tx, count, rx};
-        size_t best = SIZE_MAX, meeting_count = 0;
-        for (uint32_t a = 1; a <= k && a <= forward->length; a++) { /* the split with the fewest pairs */
-            uint32_t b = k + 1 - a;
-            if (b > backward->length) continue;
-            size_t meetings_here, pairs = count_pairs(forward, a, backward, b, NULL, &meetings_here);
-            if (pairs < best) {
-                best = pairs;
+    for (uint32_t k = 1; k <= limits->interactions && ok; k++)
+        for (uint32_t w = 0; w <= k && ok; w++) { /* place of the wedge, 0: none */
+            if (k - (w > 0) > limits->reflections || (w > 0) > limits->diffractions) continue;
+            Job best = {.limits = limits, .tx = tx, .receivers = count, .rx = rx};
+            size_t fewest = SIZE_MAX, meeting_count = 0;
+            for (uint32_t a = 1; a <= k; a++) { /* of the common steps that both ends reached, the one with fewest pairs */
+                uint32_t b = k + 1 - a, wf = w <= a ? w : 0, wb = w >= a ? k + 1 - w : 0;
+                if (!forward->limits.want[a][wf] || !backward->limits.want[b][wb]) continue;
+                Side f = {&forward->trie, &forward->lists[a][wf], a}, g = {&backward->trie, &backward->lists[b][wb], b};
+                size_t meetings_here, pairs = count_pairs(&f, &g, NULL, &meetings_here);
+                if (pairs >= fewest) continue;
+                fewest = pairs;
                 meeting_count = meetings_here;
-                job.a = a;
-                job.b = b;
+                best.forward = f;
+                best.backward = g;
             }
+            assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
+            if (meeting_count == 0) continue;
+            Meeting *meetings = malloc(meeting_count * sizeof *meetings);
+            if (!meetings) {
+                ok = false;
+                break;
+            }
+            count_pairs(&best.forward, &best.backward, meetings, &meeting_count);
+            ok = solve_meetings(&best, meetings, meeting_count, lists, work);
+            free(meetings);
         }
-        if (meeting_count == 0) continue;
-        Meeting *meetings = malloc(meeting_count * sizeof *meetings);
-        if (!meetings) {
-            ok = false;
-            break;
-        }
-        count_pairs(forward, job.a, backward, job.b, meetings, &meeting_count);
-        ok = solve_meetings(&job, meetings, meeting_count, lists, work);
-        free(meetings);
-    }
     return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
 }

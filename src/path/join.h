@@ -5,9 +5,9 @@
 #include "path/tree.h"
 
 typedef struct {
+    TreeLimits limits;
     Trie trie;
-    TrieList lists[KELLER_MAX_INTERACTIONS];
-    uint32_t length;            /* of the longest sequences in it */
+    TrieList lists[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1]; /* [length][place of the wedge], as wanted */
 } Ends;
 
 typedef struct {
@@ -26,6 +26,14 @@ typedef struct {
  * KELLER_FAILED: memory. */
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
                        const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error);
+
+/* Who searches what, so that for every kind of path the two ends meet. For points they meet at the wedge, so that neither
+ * has to fan out from one, or in the middle of reflections. For grids the receivers' side goes at most half the way and the
+ * transmitter's, whose tree serves all patches, does the rest and fans out from wedges. */
+void plan_points(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
+                 TreeLimits *backward);
+void plan_grids(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
+                TreeLimits *backward);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error);

@@ -7,10 +7,12 @@
 
 #include "path/batch.h"
 #include "path/join.h"
+#include "base/number.h"
 
 enum {
     PATCH = 8,              /* cells along a side of a patch */
     BLOCK = 128,            /* points of a route worked on together */
+    TARGET_RECEIVERS = 64,  /* points up to which the transmitter's search is aimed at what they see */
     BATCH = 8192            /* paths handed to the sink at once */
 };
 
@@ -28,7 +30,8 @@ typedef struct {
     FieldContext fields;
     uint32_t tx;
     Ends forward;
-    TreeLimits tree;
+    TreeLimits backward;
+    KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
     uint64_t done, total;       /* receivers, times transmitters */
@@ -61,8 +64,8 @@ static uint32_t unit_hull(const KellerConfig *config, const Unit *unit, KellerVe
     KellerVec3 lo = config->receivers[unit->receiver[0]].station.position, hi = lo;
     for (uint32_t i = 1; i < unit->count; i++) {
         KellerVec3 p = config->receivers[unit->receiver[i]].station.position;
-        lo = v3(fmin(lo.x, p.x), fmin(lo.y, p.y), fmin(lo.z, p.z));
-        hi = v3(fmax(hi.x, p.x), fmax(hi.y, p.y), fmax(hi.z, p.z));
+        lo = v3(lesser(lo.x, p.x), lesser(lo.y, p.y), lesser(lo.z, p.z));
+        hi = v3(greater(hi.x, p.x), greater(hi.y, p.y), greater(hi.z, p.z));
     }
     uint32_t n = 0;
     hull[n++] = lo;
@@ -83,15 +86,13 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     memset(lists, 0, sizeof lists);
     uint32_t hull_count = unit_hull(s->config, unit, hull);
     for (uint32_t i = 0; i < unit->count; i++) rx[i] = s->config->receivers[unit->receiver[i]].station.position;
-    TreeLimits tree = s->tree;
-    tree.length = s->join.interactions > 0 ? s->join.interactions + 1 - s->forward.length : 0;
     JoinLimits join = s->join;
     join.threads = threads;
     Ends backward;
     TreeWork tree_work = {0};
     JoinWork join_work = {0};
     double start = omp_get_wtime();
-    KellerStatus status = ends_search(&backward, &tree, hull_count, hull, threads, &tree_work, error);
+    KellerStatus status = ends_search(&backward, &s->backward, hull_count, hull, threads, &tree_work, error);
     double middle = omp_get_wtime();
     if (status != KELLER_OK) return status;
     status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
@@ -234,30 +235,97 @@ static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_s
     return status;
 }
 
-static KellerStatus run_transmitter(Simulation *s, KellerError *error)
+/* The wedges that any of the points sees directly, as an accelerator of their own. */
+static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVec3 *points, TreeWork *work,
+                                   KellerAccel **accel, KellerError *error)
+{
+    TreeLimits limits = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(s->config->cone)};
+    limits.want[1][1] = true;
+    uint8_t *seen = calloc(s->scene->wedge_count + 1, sizeof *seen);
+    uint32_t *wedges = malloc((s->scene->wedge_count + 1) * sizeof *wedges), n = 0;
+    KellerStatus status = seen && wedges ? KELLER_OK : keller_error_memory(error, s->scene->wedge_count * sizeof *wedges);
+    for (uint32_t i = 0; i < count && status == KELLER_OK; i++) {
+        Trie trie;
+        status = tree_search(&limits, 1, &points[i], s->work->threads, &trie, work, error);
+        if (status != KELLER_OK) break;
+        for (uint32_t j = 1; j < trie.count; j++) seen[code_id(trie.nodes[j].code)] = 1;
+        trie_free(&trie);
+    }
+    for (uint32_t i = 0; i < s->scene->wedge_count && status == KELLER_OK; i++)
+        if (seen[i]) wedges[n++] = i;
+    if (status == KELLER_OK) status = keller_accel_build_wedges(s->scene, n, wedges, accel, error);
+    free(seen);
+    free(wedges);
+    return status;
+}
+
+/* For the longest paths with a wedge next to one end, the other end need only look for wedges that this end sees. With
+ * many receivers nearly all are seen by one or another, so there the transmitter looks for all. */
+static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *error)
 {
     const KellerConfig *c = s->config;
+    KellerVec3 points[TARGET_RECEIVERS];
+    uint32_t n = 0, total = 0;
+    if (c->diffractions == 0 || s->join.interactions < 2) return KELLER_OK;
+    KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
+    for (size_t i = 0; i < c->set_count; i++) {
+        if (c->sets[i].kind == KELLER_SET_GRID) continue;
+        total += c->sets[i].count;
+        for (uint32_t j = 0; j < c->sets[i].count && n < TARGET_RECEIVERS; j++)
+            points[n++] = c->receivers[c->sets[i].first + j].station.position;
+    }
+    if (status == KELLER_OK && n == total) status = visible_wedges(s, n, points, work, &s->seen_by_rx, error);
+    return status;
+}
+
+static void forget_forward(Simulation *s)
+{
+    ends_free(&s->forward);
+    keller_accel_free(s->seen_by_tx);
+    keller_accel_free(s->seen_by_rx);
+    s->seen_by_tx = s->seen_by_rx = NULL;
+}
+
+/* The transmitter's side of the search, for points or for grids. */
+static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error)
+{
+    const KellerConfig *c = s->config;
+    TreeLimits forward = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(c->cone),
+                          .target_length = s->join.interactions};
     TreeWork work = {0};
     double start = omp_get_wtime();
-    /* Half of the steps from each end; the transmitter's tree serves all receivers, so it takes the odd one. */
-    s->tree.length = s->join.interactions > 0 ? (s->join.interactions + 2) / 2 : 0;
-    KellerStatus status =
-        ends_search(&s->forward, &s->tree, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    s->backward = forward;
+    KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
+    if (status != KELLER_OK) return status;
+    (grids ? plan_grids : plan_points)(c->reflections, c->diffractions, s->join.interactions, &forward, &s->backward);
+    forward.targets = s->seen_by_rx;
+    s->backward.targets = s->seen_by_tx;
+    status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;
     s->work->triangles += work.accel.triangles;
+    return status;
+}
+
+static KellerStatus run_transmitter(Simulation *s, KellerError *error)
+{
+    const KellerConfig *c = s->config;
+    KellerStatus status = KELLER_OK;
+    int searched = -1; /* 0: for points, 1: for grids */
     for (uint32_t i = 0; i < c->set_count && status == KELLER_OK;) {
-        if (c->sets[i].kind == KELLER_SET_GRID) {
-            status = run_grid(s, i++, error);
-            continue;
+        bool grid = c->sets[i].kind == KELLER_SET_GRID;
+        uint32_t end = i + 1;
+        while (!grid && end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
+        if (searched != grid) {
+            forget_forward(s);
+            status = search_forward(s, grid, error);
+            searched = grid;
         }
-        uint32_t end = i;
-        while (end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
-        status = run_points(s, i, end, error);
+        if (status == KELLER_OK) status = grid ? run_grid(s, i, error) : run_points(s, i, end, error);
         i = end;
     }
-    ends_free(&s->forward);
+    forget_forward(s);
     return status;
 }
 
@@ -275,8 +343,6 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
     s.total = (uint64_t)config->transmitter_count * config->receiver_count;
-    s.tree = (TreeLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
-                          .diffractions = config->diffractions, .tan_aperture = tan(config->cone)};
     s.join = (JoinLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
                           .diffractions = config->diffractions,
                           .interactions = config->interactions < orders ? config->interactions : orders};

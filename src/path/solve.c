@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "path/internal.h"
+#include "base/number.h"
 
 /* How far the receiver's or source's image may be on the wrong side of a plane: rounding only. */
 #define SIDE_SLACK 1e-12
@@ -44,7 +45,7 @@ static double segment_distance(KellerVec3 p, KellerVec3 a, KellerVec3 b)
 {
     KellerVec3 l = v3_sub(b, a);
     double t = v3_dot(v3_sub(p, a), l) / v3_dot(l, l);
-    return v3_distance(p, v3_madd(a, l, fmax(0, fmin(1, t))));
+    return v3_distance(p, v3_madd(a, l, greater(0, lesser(1, t))));
 }
 
 /* 1 inside, 0 outside, 1/2 within h of the face's border; *triangle is the one that holds p (the one nearest to p's
@@ -98,6 +99,20 @@ static bool owns(const KellerScene *scene, const KellerAccel *accel, uint32_t fa
     return !keller_accel_segment(accel, v3_sub(p, n), v3_add(p, n), scene->contact, visit_owner, &o, work);
 }
 
+/* Is the point at z along the wedge's edge on it? At an end exactly, no, unless the edge goes on beyond it as another wedge:
+ * then the one that begins there claims it (both point the same way, in canonical order). */
+static bool on_edge(const KellerScene *scene, uint32_t id, double z, double h)
+{
+    const KellerWedge *w = &scene->wedges[id];
+    if (z > h && z < w->length - h) return true;
+    if (!(fabs(z) <= h)) return false; /* outside, or at the far end */
+    for (size_t i = 0; i < scene->wedge_count; i++) {
+        const KellerWedge *o = &scene->wedges[i];
+        if (i != id && o->vertex[1] == w->vertex[0] && v3_dot(o->direction, w->direction) > 1 - 1e-12) return true;
+    }
+    return false;
+}
+
 /* ---- the solution ------------------------------------------------------------------------------------------------ */
 
 /* Where the line from `image` (behind the plane) to `target` (in front of it) meets the face's plane; false if both are on
@@ -109,7 +124,7 @@ static bool cross_plane(const KellerFace *f, KellerVec3 image, KellerVec3 target
     if (!(fabs(span) > SIDE_SLACK * v3_distance(image, target))) return false;
     double t = hi / span;
     if (!(t >= -SIDE_SLACK && t <= 1 + SIDE_SLACK)) return false;
-    *p = v3_madd(image, v3_sub(target, image), fmax(0, fmin(1, t)));
+    *p = v3_madd(image, v3_sub(target, image), greater(0, lesser(1, t)));
     return true;
 }
 
@@ -123,6 +138,25 @@ static bool unfold(const KellerScene *scene, size_t count, const uint32_t *faces
         node = positions[i];
     }
     return true;
+}
+
+/* A reflection on the border of a face counts only if the face just inside the border is reached: otherwise what stands
+ * on the border hides it (an inner side of a solid, seen at its corner). The point is moved in by a millionth of the
+ * path, far more than an end of a leg is allowed to touch. */
+static bool reaches_face(const KellerScene *scene, const KellerAccel *accel, const KellerPath *path, size_t i,
+                         KellerVec3 from, KellerVec3 to, KellerAccelWork *work)
+{
+    const uint32_t *t = scene->triangles[path->triangle[i]];
+    KellerVec3 middle = v3_scale(v3_add(v3_add(scene->vertices[t[0]], scene->vertices[t[1]]), scene->vertices[t[2]]), 1. / 3);
+    KellerVec3 inwards = v3_sub(middle, path->position[i]);
+    double step = lesser(1e-6 * path->length / v3_norm(inwards), 0.5);
+    KellerVec3 p = v3_madd(path->position[i], inwards, step);
+    const uint32_t *plane = &scene->faces[path->step[i].id].plane;
+    if (v3_distance(from, path->position[i]) <= path_rounding(scene, from) ||
+        v3_distance(to, path->position[i]) <= path_rounding(scene, to))
+        return false; /* an end, on an edge: neither of its faces can be told to reflect */
+    return keller_visibility(scene, accel, from, p, NULL, 0, plane, 1, work) > 0 &&
+           keller_visibility(scene, accel, p, to, plane, 1, NULL, 0, work) > 0;
 }
 
 bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
@@ -143,7 +177,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
                                             scene->faces[f0 ? steps[i].id : steps[i + 1].id].plane))
             return false;
     }
-    double rounding = fmax(path_rounding(scene, tx), path_rounding(scene, rx));
+    double rounding = greater(path_rounding(scene, tx), path_rounding(scene, rx));
 
     /* images of the transmitter in steps 0 .. i-1 */
     size_t before = edge;
@@ -171,7 +205,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
         double ps = v3_norm(v3_madd(qs, w->direction, -zs)), pr = v3_norm(v3_madd(qr, w->direction, -zr));
         if (!(ps > rounding && pr > rounding)) return false; /* on the edge's own line: no diffraction there */
         double z = zs + (zr - zs) * (ps / (ps + pr));
-        if (!(z >= 0 && z < w->length)) return false;
+        if (!on_edge(scene, steps[edge].id, z, rounding)) return false;
         node = v3_madd(w->origin, w->direction, z);
         along_in = v3_sub(node, source);
         along_out = v3_sub(target, node);
@@ -211,17 +245,19 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
 
     /* validity, cheap things first */
     path->weight = 1;
+    bool border[KELLER_MAX_INTERACTIONS] = {false};
     double walked = 0;
-    KellerVec3 last = tx;
+    KellerVec3 last = tx, before_last = tx;
     for (size_t i = 0; i < count; i++) {
         path->step[i] = steps[i];
         path->triangle[i] = KELLER_NONE;
         walked += v3_distance(last, path->position[i]);
         last = path->position[i];
         if (i == edge) continue;
-        double h = fmax(rounding, KELLER_BOUNDARY_ANGLE * walked * (path->length - walked) / path->length);
+        double h = greater(rounding, KELLER_BOUNDARY_ANGLE * walked * (path->length - walked) / path->length);
         double weight = face_weight(scene, steps[i].id, path->position[i], h, &path->triangle[i]);
         if (!(weight > 0)) return false;
+        border[i] = weight < 1;
         path->weight *= weight;
     }
     for (size_t i = 0; i + 1 < count; i++) { /* in the corner of two faces exactly: one of the two orders */
@@ -250,6 +286,10 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
         double weight = keller_visibility(scene, accel, last, to, skip, skip_count, next, next_count, work);
         if (!(weight > 0)) return false;
         path->weight *= weight;
+        if (i > 0 && i - 1 != edge && border[i - 1] &&
+            !reaches_face(scene, accel, path, i - 1, before_last, to, work))
+            return false;
+        before_last = last;
         last = to;
         skip = next;
         skip_count = next_count;

@@ -4,8 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/number.h"
+
 enum {
-    MUCH = 24,              /* a cone that meets more than this many faces and wedges is split */
+    MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
+    MUCH_FIRST = 8,         /* from the end itself, where everything else multiplies on what is found, */
+    MUCH_LAST = 400,        /* and where each is only a candidate */
+    FINER = 8,              /* the first cones are split this much finer than the aperture */
     BLOCKER_TRIANGLES = 64, /* faces of more triangles are not tried as a cone's wall: the trial would cost too much */
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
@@ -35,8 +40,16 @@ typedef struct {
     KellerVec3 from, to;        /* the piece inside the cone */
 } HitWedge;
 
+/* What is still of use after `length` steps with the wedge at place w (0: none so far). */
+typedef struct {
+    bool face;                  /* another face */
+    bool wedge;                 /* a wedge */
+    bool beyond;                /* any step after the next one */
+} Use;
+
 typedef struct {
     const TreeLimits *limits;
+    Use use[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1];
     Trie trie;
     TreeWork work;
     bool failed;
@@ -52,6 +65,7 @@ typedef struct {
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
     double far;                     /* nothing beyond this can be seen */
     bool may_split, too_much;
+    uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
     HitFace *face;
     HitWedge *wedge;
@@ -74,8 +88,8 @@ static void slope_bounds(const Beam *beam, size_t n, const KellerVec3 *v, double
             }
             for (int k = 0; k < 2; k++) {
                 double s = v3_dot(d, beam->axis[k]) / z;
-                b[k][0] = fmin(b[k][0], s);
-                b[k][1] = fmax(b[k][1], s);
+                b[k][0] = lesser(b[k][0], s);
+                b[k][1] = greater(b[k][1], s);
             }
         }
     for (int k = 0; k < 2; k++) {
@@ -110,11 +124,11 @@ static bool face_blocks(const Query *q, const KellerScene *scene, uint32_t face,
             if (e.near <= e.far) return false;
         }
         KellerRange r = keller_cone_triangle(&q->cone, v[t[0]], v[t[1]], v[t[2]], clip, NULL, NULL);
-        if (r.near <= r.far) all = (KellerRange){fmin(all.near, r.near), fmax(all.far, r.far)};
+        if (r.near <= r.far) all = (KellerRange){lesser(all.near, r.near), greater(all.far, r.far)};
     }
     /* What touches the face from behind counts as being at it: shift the plane by the contact tolerance. */
     double nz = fabs(v3_dot(f->normal, q->cone.directrix));
-    double g = hypot(v3_dot(f->normal, q->cone.major), v3_dot(f->normal, q->cone.minor) / q->cone.e);
+    double g = length2(v3_dot(f->normal, q->cone.major), v3_dot(f->normal, q->cone.minor) / q->cone.e);
     double steep = nz - q->cone.tan_alpha * g;
     if (!(steep > 1e-6) || !(all.near > q->start_far + 4 * scene->contact / steep)) return false;
     *far = all.far + 4 * scene->contact / steep;
@@ -132,7 +146,7 @@ static bool behind_mirror(const Query *q, const KellerScene *scene, size_t n, co
 
 static double stop_if_much(Query *q)
 {
-    if (q->may_split && q->faces + q->wedges > MUCH) {
+    if (q->may_split && q->faces + q->wedges > q->much) {
         q->too_much = true;
         return -INFINITY;
     }
@@ -156,10 +170,10 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     if (!overlap(q->beam, bounds)) return q->far;
     if (s->stamp[face] == s->query) {
         HitFace *h = &q->face[s->slot[face]];
-        h->near = fmin(h->near, range.near);
+        h->near = lesser(h->near, range.near);
         for (int k = 0; k < 2; k++) {
-            h->bounds[k][0] = fmin(h->bounds[k][0], bounds[k][0]);
-            h->bounds[k][1] = fmax(h->bounds[k][1], bounds[k][1]);
+            h->bounds[k][0] = lesser(h->bounds[k][0], bounds[k][0]);
+            h->bounds[k][1] = greater(h->bounds[k][1], bounds[k][1]);
         }
         return q->far;
     }
@@ -180,7 +194,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     h->near = range.near;
     memcpy(h->bounds, bounds, sizeof bounds);
     double far;
-    if (face_blocks(q, scene, face, &far)) q->far = fmin(q->far, far);
+    if (face_blocks(q, scene, face, &far)) q->far = lesser(q->far, far);
     return stop_if_much(q);
 }
 
@@ -247,8 +261,8 @@ static void reflect(Search *s, const Beam *beam, const HitFace *hit, uint32_t no
     for (uint32_t i = 0; i < b.source_count; i++) b.source[i] = v3_mirror_point(b.source[i], f->normal, f->offset);
     for (int k = 0; k < 3; k++) b.axis[k] = v3_mirror_direction(b.axis[k], f->normal);
     for (int k = 0; k < 2; k++) {
-        b.window[k][0] = fmax(b.window[k][0], hit->bounds[k][0]);
-        b.window[k][1] = fmin(b.window[k][1], hit->bounds[k][1]);
+        b.window[k][0] = greater(b.window[k][0], hit->bounds[k][0]);
+        b.window[k][1] = lesser(b.window[k][1], hit->bounds[k][1]);
         if (b.window[k][0] > b.window[k][1]) return;
     }
     process(s, &b);
@@ -265,18 +279,20 @@ static void fan_out(Search *s, const Beam *beam, const HitWedge *hit, uint32_t n
     for (uint32_t i = 0; i < beam->source_count; i++) {
         KellerVec3 d = v3_sub(beam->source[i], w->origin);
         double z = v3_dot(d, w->direction), rho = v3_norm(v3_madd(d, w->direction, -z));
-        z_low = fmin(z_low, z);
-        z_high = fmax(z_high, z);
-        rho_high = fmax(rho_high, rho);
-        rho_low = fmin(rho_low, rho);
+        z_low = lesser(z_low, z);
+        z_high = greater(z_high, z);
+        rho_high = greater(rho_high, rho);
+        rho_low = lesser(rho_low, rho);
     }
     if (beam->source_count > 1) { /* the hull may come nearer to the edge's line than its corners */
         double across = 0;
-        for (uint32_t i = 1; i < beam->source_count; i++) across = fmax(across, v3_distance(beam->source[0], beam->source[i]));
-        rho_low = fmax(rho_low - across, 1e-6 * (rho_high + across));
+        for (uint32_t i = 1; i < beam->source_count; i++) across = greater(across, v3_distance(beam->source[0], beam->source[i]));
+        rho_low = greater(rho_low - across, 1e-6 * (rho_high + across));
     }
-    if (!(rho_low > 0)) rho_low = 1e-9 * (1 + rho_high);
-    double from = fmin(ends[0], ends[1]), to = fmax(ends[0], ends[1]);
+    double least = path_rounding(s->limits->scene, w->origin);
+    if (!(rho_high > least)) return; /* sources on the edge's own line: it does not diffract for them */
+    rho_low = greater(rho_low, least);
+    double from = lesser(ends[0], ends[1]), to = greater(ends[0], ends[1]);
     double beta_from = atan2(1, (from - z_high) / (from > z_high ? rho_high : rho_low));
     double beta_to = atan2(1, (to - z_low) / (to > z_low ? rho_low : rho_high));
     int pieces = (int)ceil(fabs(beta_from - beta_to) / (0.5 * FAN_CELL));
@@ -309,8 +325,8 @@ static void fan_out(Search *s, const Beam *beam, const HitWedge *hit, uint32_t n
                                                sin(be)));
                 for (int k = 0; k < 2; k++) {
                     double slope = v3_dot(d, b.axis[k]) / v3_dot(d, b.axis[2]);
-                    b.window[k][0] = fmin(b.window[k][0], slope - PAD);
-                    b.window[k][1] = fmax(b.window[k][1], slope + PAD);
+                    b.window[k][0] = lesser(b.window[k][0], slope - PAD);
+                    b.window[k][1] = greater(b.window[k][1], slope + PAD);
                 }
             }
             process(s, &b);
@@ -339,7 +355,7 @@ static bool start_at_mirror(Query *q, const KellerScene *scene)
         const uint32_t *t = scene->triangles[scene->face_triangles[i]];
         const KellerVec3 *v = scene->vertices;
         KellerRange r = keller_cone_triangle(&q->cone, v[t[0]], v[t[1]], v[t[2]], any, NULL, NULL);
-        if (r.near <= r.far) all = (KellerRange){fmin(all.near, r.near), fmax(all.far, r.far)};
+        if (r.near <= r.far) all = (KellerRange){lesser(all.near, r.near), greater(all.far, r.far)};
     }
     q->start_near = all.near;
     q->start_far = all.far;
@@ -375,30 +391,33 @@ static void process(Search *s, const Beam *beam)
     s->work.cones++;
     if (beam->mirror != KELLER_NONE && !start_at_mirror(&q, scene)) return;
     double wide = 0;
-    for (int k = 0; k < 2; k++) wide = fmax(wide, beam->window[k][1] - beam->window[k][0]);
-    q.may_split = wide > 2 * l->tan_aperture;
+    for (int k = 0; k < 2; k++) wide = greater(wide, beam->window[k][1] - beam->window[k][0]);
     s->query++;
     const TrieNode at = s->trie.nodes[beam->node];
-    bool want_faces = (uint32_t)(at.length - at.wedges) < l->reflections, want_wedges = at.wedges < l->diffractions;
+    const Use use = s->use[at.length][at.wedge_at];
+    q.much = at.length == 0 ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
+    q.may_split = wide > 2 * l->tan_aperture / (at.length == 0 ? FINER : 1);
+    bool targets_only = l->targets && at.length + 1u == l->target_length && !use.face;
     KellerRange clip = {q.start_near, INFINITY};
-    keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, &q, &s->work.accel);
+    if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, &q, &s->work.accel);
     clip.far = q.far;
-    if (want_wedges && !q.too_much && !s->failed)
-        keller_accel_cone_wedges(l->accel, &q.cone, clip, visit_wedge, &q, &s->work.accel);
+    if (use.wedge && !q.too_much && !s->failed)
+        keller_accel_cone_wedges(targets_only ? l->targets : l->accel, &q.cone, clip, visit_wedge, &q, &s->work.accel);
     if (q.too_much) {
         split(s, beam);
     } else {
-        bool deeper = at.length + 1u < l->length;
-        for (uint32_t i = 0; i < q.faces && want_faces && !s->failed; i++) {
+        uint32_t next = at.length + 1u;
+        Use after_face = s->use[next][at.wedge_at], after_wedge = s->use[next][next];
+        for (uint32_t i = 0; i < q.faces && use.face && !s->failed; i++) {
             if (q.face[i].near > q.far) continue;
             uint32_t node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
             if (node == KELLER_NONE) s->failed = true;
-            else if (deeper) reflect(s, beam, &q.face[i], node);
+            else if (after_face.face || after_face.wedge) reflect(s, beam, &q.face[i], node);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
             uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i].wedge));
             if (node == KELLER_NONE) s->failed = true;
-            else if (deeper) fan_out(s, beam, &q.wedge[i], node);
+            else if (after_wedge.face) fan_out(s, beam, &q.wedge[i], node);
         }
     }
     free(q.face);
@@ -424,6 +443,20 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
     process(s, &b);
 }
 
+static void find_uses(Search *s)
+{
+    enum { MOST = KELLER_MAX_INTERACTIONS };
+    const TreeLimits *t = s->limits;
+    for (int l = MOST - 1; l >= 0; l--)
+        for (int w = 0; w <= l; w++) {
+            Use *u = &s->use[l][w], after_face = s->use[l + 1][w];
+            u->face = t->want[l + 1][w] || after_face.face || after_face.wedge;
+            bool fan = w == 0 && s->use[l + 1][l + 1].face;
+            u->wedge = w == 0 && (t->want[l + 1][l + 1] || fan);
+            u->beyond = after_face.face || after_face.wedge || fan;
+        }
+}
+
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
                          TreeWork *work, KellerError *error)
 {
@@ -434,6 +467,7 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
     {
         Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t))};
         s.failed = !s.stamp || !s.slot || !trie_init(&s.trie);
+        find_uses(&s);
 #pragma omp for schedule(dynamic, 1)
         for (int c = 0; c < cells; c++)
             if (!s.failed) search_cell(&s, count, end, c / (n * n), c / n % n, c % n, n);

@@ -10,8 +10,12 @@ enum { SOURCES = 4 };           /* corners of the end: one for a point, up to fo
 typedef struct {
     const KellerScene *scene;
     const KellerAccel *accel;
-    uint32_t length;            /* longest sequence wanted */
-    uint32_t reflections, diffractions; /* bounds for each kind */
+    /* want[l][w]: sequences of l steps with the wedge at place w (from 1; 0: none) are asked for. At most one wedge. */
+    bool want[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1];
+    /* Sequences of target_length steps that end in a wedge are only wanted for the wedges of this accelerator; NULL: for all.
+     * Their last cones then look for nothing else, not even for what blocks them: a candidate costs less. */
+    const KellerAccel *targets;
+    uint32_t target_length;
     double tan_aperture;        /* cones that meet much are split down to this half-angle */
 } TreeLimits;
 

@@ -66,7 +66,8 @@ uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
     }
     uint32_t id = t->count++;
     const TrieNode *p = &t->nodes[parent];
-    t->nodes[id] = (TrieNode){parent, code, (uint8_t)(p->length + 1), (uint8_t)(p->wedges + code_is_wedge(code))};
+    t->nodes[id] = (TrieNode){parent, code, (uint8_t)(p->length + 1),
+                                (uint8_t)(code_is_wedge(code) ? p->length + 1 : p->wedge_at)};
     t->slots[s] = id;
     if (2 * t->count > t->slot_count && !rehash(t)) return KELLER_NONE;
     return id;
@@ -99,28 +100,17 @@ static int compare(const void *pa, const void *pb, void *context)
     return 0;
 }
 
-bool trie_lists(const Trie *t, uint32_t length_max, TrieList *lists)
+bool trie_list(const Trie *t, uint32_t length, uint32_t wedge_at, TrieList *list)
 {
-    for (uint32_t l = 0; l < length_max; l++) lists[l] = (TrieList){NULL, 0};
+    *list = (TrieList){NULL, 0};
     for (uint32_t i = 1; i < t->count; i++)
-        if (t->nodes[i].length <= length_max) lists[t->nodes[i].length - 1].count++;
-    bool ok = true;
-    for (uint32_t l = 0; l < length_max; l++) {
-        lists[l].nodes = malloc((lists[l].count + 1) * sizeof(uint32_t));
-        ok = ok && lists[l].nodes;
-        lists[l].count = 0;
-    }
-    if (!ok) {
-        for (uint32_t l = 0; l < length_max; l++) free(lists[l].nodes);
-        return false;
-    }
+        list->count += t->nodes[i].length == length && t->nodes[i].wedge_at == wedge_at;
+    list->nodes = malloc((list->count + 1) * sizeof(uint32_t));
+    if (!list->nodes) return false;
+    uint32_t n = 0;
     for (uint32_t i = 1; i < t->count; i++)
-        if (t->nodes[i].length <= length_max) {
-            TrieList *list = &lists[t->nodes[i].length - 1];
-            list->nodes[list->count++] = i;
-        }
-    for (uint32_t l = 0; l < length_max; l++)
-        qsort_r(lists[l].nodes, lists[l].count, sizeof(uint32_t), compare, (void *)(uintptr_t)t);
+        if (t->nodes[i].length == length && t->nodes[i].wedge_at == wedge_at) list->nodes[n++] = i;
+    qsort_r(list->nodes, n, sizeof(uint32_t), compare, (void *)(uintptr_t)t);
     return true;
 }
 

@@ -6,7 +6,8 @@
 typedef struct {
     uint32_t parent;
     StepCode code;
-    uint8_t length, wedges;     /* of the sequence from the root */
+    uint8_t length;             /* of the sequence from the root */
+    uint8_t wedge_at;           /* place of its wedge, from 1; 0: none */
 } TrieNode;
 
 typedef struct {
@@ -24,13 +25,13 @@ uint32_t trie_child(Trie *trie, uint32_t parent, StepCode code);
 /* Adds all sequences of `from` to `into`; false: out of memory. */
 bool trie_merge(Trie *into, const Trie *from);
 
-/* The sequences of one length, sorted by their last step, then by the steps before. */
+/* The sequences of one length with the wedge at one place, sorted by their last step, then by the steps before. */
 typedef struct {
     uint32_t *nodes;
     uint32_t count;
 } TrieList;
-/* lists[0 .. length_max - 1] for lengths 1 .. length_max; false: out of memory. Free each with free(list.nodes). */
-bool trie_lists(const Trie *trie, uint32_t length_max, TrieList *lists);
+/* false: out of memory. Free with free(list->nodes). */
+bool trie_list(const Trie *trie, uint32_t length, uint32_t wedge_at, TrieList *list);
 /* Writes the steps of a sequence, first to last; returns its length. */
 uint32_t trie_steps(const Trie *trie, uint32_t node, StepCode *codes);
 

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "path/internal.h"
+#include "base/number.h"
 
 enum { GRAZES = 8 };
 
@@ -40,9 +41,9 @@ static bool visit(void *context, uint32_t id)
     double along = v3_dot(n, leg->d);
     if (!(fabs(along) > 1e-14 * v3_norm(n) * leg->length)) return false; /* edge-on: nothing in the way */
     double at = v3_dot(n, v[0]) / along;
-    double end = fmax(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length) / leg->length;
+    double end = greater(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length) / leg->length;
     if (!(at > end && at < 1 - end)) return false; /* an end of the leg lies on it */
-    double h = fmax(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length * at * (1 - at));
+    double h = greater(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length * at * (1 - at));
     int positive = 0, negative = 0, near_edge = -1;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, first = t[i] < t[j] ? i : j, second = i + j - first;
@@ -84,7 +85,7 @@ double keller_visibility(const KellerScene *scene, const KellerAccel *accel, Kel
     leg.length = v3_norm(leg.d);
     leg.floor = path_rounding(scene, a);
     if (leg.length <= leg.floor) return 1;
-    double margin = fmax(leg.floor, KELLER_BOUNDARY_ANGLE * leg.length);
+    double margin = greater(leg.floor, KELLER_BOUNDARY_ANGLE * leg.length);
     if (keller_accel_segment(accel, a, b, margin, visit, &leg, work)) return 0;
     if (leg.graze_count == 0) return 1;
     /* On an edge exactly: the mean of both sides, which is 1/2 where one side is blocked (a shadow boundary), 0 where both

@@ -1,0 +1,115 @@
+/* cli/cli.h -- what the verbs of the program share. A verb gets the arguments after its name, prints its tables on
+ * standard output, and leaves errors to main. */
+#ifndef KELLER_CLI_CLI_H
+#define KELLER_CLI_CLI_H
+#include <pthread.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include "keller/config.h"
+#include "keller/error.h"
+#include "keller/scene.h"
+#include "keller/soup.h"
+
+KellerStatus keller_cli_run(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_check(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_info(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_paths(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_plot(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_help(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_version(int argc, char **argv, KellerError *error);
+/* A verb that this version does not have yet. */
+KellerStatus keller_cli_later(const char *verb, KellerError *error);
+
+/* ---- options.c: arguments -------------------------------------------------------------------------------------- */
+
+/* One option of a verb: `--name` and `-letter` (either may be missing); a table ends with an empty row. */
+typedef struct {
+    const char *name;
+    char letter;
+    bool has_value;
+} KellerOption;
+
+typedef struct {
+    const char *verb;
+    int argc;
+    char **argv;
+    int next;
+    bool operands_only;         /* after `--` */
+    const char *cluster;        /* the letters left of `-qv` */
+} KellerArguments;
+
+enum { KELLER_ARGUMENT_END = -1, KELLER_ARGUMENT_OPERAND = -2, KELLER_ARGUMENT_WRONG = -3 };
+
+/* The next argument: the option's row in the table, or one of the values above. *value is the option's value or the
+ * operand. Wrong: an unknown option, a value missing or not wanted (KELLER_USAGE in *error). */
+int keller_next_argument(KellerArguments *arguments, const KellerOption *options, const char **value,
+                         KellerError *error);
+
+/* KELLER_USAGE: "VERB: message; see `keller help VERB`". */
+KellerStatus keller_usage(KellerError *error, const char *verb, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* A whole decimal number in [least, most], or a usage error that names the option. */
+KellerStatus keller_whole_number(const char *verb, const char *option, const char *text, uint32_t least, uint32_t most,
+                                 uint32_t *value, KellerError *error);
+
+/* The variables of -D NAME=VALUE. */
+typedef struct {
+    size_t count;
+    KellerVariable *list;
+} KellerVariables;
+KellerStatus keller_variables_add(KellerVariables *variables, const char *verb, const char *text, KellerError *error);
+void keller_variables_free(KellerVariables *variables);
+
+/* ---- prepare.c: everything up to the simulation ----------------------------------------------------------------- */
+
+typedef struct {
+    KellerConfig config;
+    KellerSoup soup;
+    KellerScene scene;
+    double seconds_configuration, seconds_read, seconds_scene;
+} KellerPrepared;
+
+/* The configuration alone, then scene, materials, model, and whether this program can do what is asked. *prepared is to
+ * be freed in any case. */
+KellerStatus keller_prepare_config(const char *file, const KellerVariables *variables, KellerPrepared *prepared,
+                                   KellerError *error);
+KellerStatus keller_prepare_scene(KellerPrepared *prepared, KellerError *error);
+void keller_prepared_free(KellerPrepared *prepared);
+/* The table of what was read and what will be computed, on standard output. */
+void keller_print_configuration(const KellerConfig *config);
+void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes);
+
+/* ---- text.c: pieces of tables ---------------------------------------------------------------------------------- */
+
+/* A row `  name      value`. */
+void keller_row(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* With an SI prefix: "3.5 GHz". `text` has room for 32 bytes. */
+const char *keller_si(double value, const char *unit, char text[32]);
+/* Prints text with control characters replaced, so that a file cannot steer the terminal. */
+void keller_put_text(const char *text);
+/* 20 log10 |amplitude|; -inf for 0. */
+double keller_decibel(double amplitude);
+
+/* ---- interrupt.c ------------------------------------------------------------------------------------------------ */
+
+/* From start to stop, SIGINT, SIGTERM and SIGHUP end the program at once with status 1 after deleting the file that was
+ * given last (NULL: none; copied). Between hold and release a signal waits: a temporary file is made there,
+ * so that none is ever left behind. Start before any other thread. */
+typedef struct {
+    pthread_t thread;
+    pthread_mutex_t lock;
+    char *file;
+} KellerInterrupt;
+bool keller_interrupt_start(KellerInterrupt *interrupt);
+void keller_interrupt_hold(KellerInterrupt *interrupt);
+void keller_interrupt_release(KellerInterrupt *interrupt, const char *file);
+void keller_interrupt_stop(KellerInterrupt *interrupt);
+
+/* ---- guard.c ----------------------------------------------------------------------------------------------------- */
+
+/* Runs `work` in a child process and waits for it: the HDF5 library can crash on a damaged file, and then the answer is
+ * KELLER_BAD_INPUT with the file's name. No other thread may run. */
+KellerStatus keller_guarded(const char *file, KellerStatus (*work)(void *context, KellerError *error), void *context,
+                            KellerError *error);
+#endif

@@ -1,0 +1,100 @@
+#include <stdio.h>
+#include <string.h>
+#include "cli/cli.h"
+#include "cli/help.h"
+
+typedef struct {
+    const char *verb, *usage, *text;
+} Help;
+
+static const char general[] =
+    "keller computes radio propagation paths through a triangulated scene.\n"
+    "\n"
+    "usage: keller VERB ...\n"
+    "  run      simulate a configuration, write a result file\n"
+    "  check    read and validate a configuration and its scene; simulate nothing\n"
+    "  info     summary of a scene, a configuration or a result\n"
+    "  paths    list the paths of a result\n"
+    "  plot     a picture of a result\n"
+    "  help     help on a verb\n"
+    "  version  the program's version (also --version)\n"
+    "\n"
+    "keller help VERB, or keller VERB --help, says more.\n"
+    "Exit status: 0 done, 1 the run failed, 2 wrong usage, 3 bad input, 4 input or output failed.\n";
+
+static const Help verbs[] = {
+    {"run", "keller run CONFIG.xml [-o OUT.h5] [-j THREADS] [-D NAME=VALUE]... [--force] [-q | -v]",
+     "  -o, --output OUT.h5    the result; default: the configuration's base name with .h5, in the current folder\n"
+     "  -j, --threads THREADS  threads (0: all processors); default: what the configuration says\n"
+     "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"
+     "      --force            replace an existing result\n"
+     "      --resume           not in this version\n"
+     "  -q, --quiet            no progress\n"
+     "  -v, --verbose          say what is being done, and all notes on the scene\n"},
+    {"check", "keller check CONFIG.xml [-D NAME=VALUE]...",
+     "Reads and validates everything, and says what would run.\n"
+     "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"},
+    {"info", "keller info FILE [-D NAME=VALUE]...",
+     "FILE is a result (HDF5), a configuration (XML whose root is <simulation>), or a scene (.obj .ply .stl .off, or\n"
+     "Mitsuba XML).\n"
+     "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"},
+    {"paths", "keller paths RESULT.h5 [--tx ID] [--rx ID] [--strongest N] [--format table|csv|json]",
+     "Lists paths: transmitter, receiver, sequence, length, delay, gain and phase at each frequency, angles of "
+     "departure\n"
+     "and arrival, Doppler shift. A sequence such as R12 D7 names the triangle of each reflection (R) or transmission "
+     "(T)\n"
+     "and the wedge of each diffraction (D), as rows of /scene; LOS is the line of sight.\n"
+     "  --tx ID                only from this transmitter\n"
+     "  --rx ID                only to this receiver (\"walk[3]\": a point of a set), or to all receivers of this set\n"
+     "  --strongest N          the N strongest of each pair at the first frequency, strongest first\n"
+     "  --format FORMAT        table (default), csv or json\n"},
+    {"plot",
+     "keller plot RESULT.h5 [--what coverage|delay|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
+     "                   -o FILE.png|FILE.svg [--force]",
+     "Draws a picture with gnuplot, over the outlines of the scene where the result holds it.\n"
+     "  --what coverage        path gain over a grid (default)\n"
+     "  --what delay           delay of the strongest path over a grid\n"
+     "  --what paths           the paths of a transmitter seen from above\n"
+     "  --tx ID                the transmitter; default: the first\n"
+     "  --rx ID                coverage, delay: the same as --grid; paths: only to this receiver or set\n"
+     "  --grid ID              the grid (--set ID does the same); default: the first\n"
+     "  --frequency N          which frequency, counted from 1 (default)\n"
+     "  -o, --output FILE      the picture; .png or .svg says which kind\n"
+     "      --force            replace an existing picture\n"},
+    {"help", "keller help [VERB]", "Prints this help, or that of a verb.\n"},
+    {"version", "keller version", "Prints the program's version.\n"},
+};
+
+KellerStatus keller_print_help(const char *verb, KellerError *error)
+{
+    if (!verb) {
+        fputs(general, stdout);
+        return KELLER_OK;
+    }
+    for (size_t i = 0; i < sizeof verbs / sizeof *verbs; ++i) {
+        if (strcmp(verbs[i].verb, verb) != 0) continue;
+        printf("usage: %s\n%s", verbs[i].usage, verbs[i].text);
+        return KELLER_OK;
+    }
+    if (strcmp(verb, "export") == 0 || strcmp(verb, "scene") == 0 || strcmp(verb, "bench") == 0)
+        return keller_cli_later(verb, error);
+    return keller_error(error, KELLER_USAGE, "unknown verb \"%.60s\"; see `keller help`", verb);
+}
+
+KellerStatus keller_cli_help(int argc, char **argv, KellerError *error)
+{
+    if (argc > 1) return keller_usage(error, "help", "\"%.60s\" is one verb too many", argv[1]);
+    return keller_print_help(argc > 0 ? argv[0] : NULL, error);
+}
+
+KellerStatus keller_cli_version(int argc, char **argv, KellerError *error)
+{
+    if (argc > 0) return keller_usage(error, "version", "\"%.60s\" is not expected", argv[0]);
+    printf("keller %s\n", KELLER_VERSION);
+    return KELLER_OK;
+}
+
+KellerStatus keller_cli_later(const char *verb, KellerError *error)
+{
+    return keller_error(error, KELLER_USAGE, "%s: not in this version; see `keller help`", verb);
+}

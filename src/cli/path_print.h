@@ -1,0 +1,25 @@
+/* cli/path_print.h -- paths as a table, as CSV and as JSON, and the ids that select them. */
+#ifndef KELLER_CLI_PATH_PRINT_H
+#define KELLER_CLI_PATH_PRINT_H
+#include "io/path_rows.h"
+
+typedef enum { KELLER_PATHS_TABLE, KELLER_PATHS_CSV, KELLER_PATHS_JSON } KellerPathFormat;
+
+typedef struct {
+    const KellerResultInfo *info;
+    KellerPathFormat format;
+    uint64_t printed;
+} KellerPathPrinter;
+
+void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo *info, KellerPathFormat format);
+void keller_path_print(KellerPathPrinter *printer, const KellerPathRow *row);
+void keller_path_print_end(KellerPathPrinter *printer);
+
+/* The transmitter with this id. KELLER_USAGE if there is none, naming those there are. */
+KellerStatus keller_find_transmitter(const KellerResultInfo *info, const char *file, const char *id, size_t *tx,
+                                     KellerError *error);
+/* The set with this id and all its points (*index = -1), or one point of it ("walk[3]"). KELLER_USAGE if there is
+ * none. */
+KellerStatus keller_find_receiver(const KellerResultInfo *info, const char *file, const char *id, size_t *set,
+                                  int64_t *index, KellerError *error);
+#endif

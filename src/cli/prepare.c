@@ -1,0 +1,117 @@
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "base/progress.h"
+#include "cli/cli.h"
+#include "keller/path.h"
+#include "keller/resolve.h"
+
+KellerStatus keller_prepare_config(const char *file, const KellerVariables *variables, KellerPrepared *p,
+                                   KellerError *error)
+{
+    memset(p, 0, sizeof *p);
+    double start = keller_seconds();
+    KellerStatus status = keller_config_read(file, variables->count, variables->list, &p->config, error);
+    p->seconds_configuration = keller_seconds() - start;
+    return status;
+}
+
+KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
+{
+    double start = keller_seconds();
+    KellerStatus status = keller_soup_read(p->config.scene_file, p->config.scene_scale, &p->soup, error);
+    if (status == KELLER_OK) status = keller_config_resolve(&p->config, &p->soup, error);
+    double read = keller_seconds();
+    if (status == KELLER_OK) status = keller_scene_build(&p->soup, &p->scene, error);
+    if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
+    p->seconds_read = read - start;
+    p->seconds_scene = keller_seconds() - read;
+    return status;
+}
+
+void keller_prepared_free(KellerPrepared *p)
+{
+    keller_scene_free(&p->scene);
+    keller_soup_free(&p->soup);
+    keller_config_free(&p->config);
+    memset(p, 0, sizeof *p);
+}
+
+static const char *material_text(const KellerMaterial *m, char text[120])
+{
+    char thickness[40] = "half-space", number[32];
+    if (m->thickness > 0) snprintf(thickness, sizeof thickness, "%s thick", keller_si(m->thickness, "m", number));
+    switch (m->kind) {
+    case KELLER_MATERIAL_NAMED: snprintf(text, 120, "named only"); break;
+    case KELLER_MATERIAL_ITU: snprintf(text, 120, "ITU %s, %s", m->itu, thickness); break;
+    case KELLER_MATERIAL_CONSTANT:
+        snprintf(text, 120, "permittivity %g, conductivity %g S/m, %s", m->permittivity, m->conductivity, thickness);
+        break;
+    case KELLER_MATERIAL_CONDUCTOR: snprintf(text, 120, "perfect conductor"); break;
+    }
+    return text;
+}
+
+void keller_print_configuration(const KellerConfig *c)
+{
+    char number[32], wavelength[32];
+    printf("configuration\n");
+    keller_row("file", "%s", c->file);
+    keller_row("scene", "%s", c->scene_file);
+    for (size_t f = 0; f < c->frequency_count; ++f) {
+        if (f == 8 && c->frequency_count > 9) {
+            keller_row("", "and %zu more", c->frequency_count - f);
+            break;
+        }
+        keller_row(f ? "" : "frequencies", "%s, wavelength %s", keller_si(c->frequencies[f], "Hz", number),
+                   keller_si(KELLER_LIGHT_SPEED / c->frequencies[f], "m", wavelength));
+    }
+    keller_row("transmitters", "%zu", c->transmitter_count);
+    size_t points = 0, routes = 0, grids = 0;
+    for (size_t s = 0; s < c->set_count; ++s) {
+        points += c->sets[s].kind == KELLER_SET_POINT;
+        routes += c->sets[s].kind == KELLER_SET_ROUTE;
+        grids += c->sets[s].kind == KELLER_SET_GRID;
+    }
+    keller_row("receivers", "%zu (%zu single, %zu route%s, %zu grid%s)", c->receiver_count, points, routes,
+               routes == 1 ? "" : "s", grids, grids == 1 ? "" : "s");
+    keller_row("orders", "%u reflections, %u diffractions, %u transmissions, at most %u together", c->reflections,
+               c->diffractions, c->transmissions, c->interactions);
+    keller_row("dynamic range", "%g dB", c->dynamic_range);
+    keller_row("accelerator", "%s, cones of half-angle %.3g deg", c->accelerator, c->cone * 180 / M_PI);
+    keller_row("output", "%s%s%s%s", c->output_paths ? "paths " : "", c->output_coverage ? "coverage " : "",
+               c->output_scene ? "scene" : "", c->output_paths || c->output_coverage || c->output_scene ? "" : "none");
+}
+
+void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes)
+{
+    const KellerSceneReport *r = &scene->report;
+    char text[120];
+    printf("scene\n");
+    keller_row("read", "%zu triangles, %zu vertices, %zu objects from %zu file%s", soup->triangle_count,
+               soup->vertex_count, soup->object_count, soup->files, soup->files == 1 ? "" : "s");
+    keller_row("model", "%zu triangles, %zu vertices, %zu faces, %zu wedges", scene->triangle_count,
+               scene->vertex_count, scene->face_count, scene->wedge_count);
+    if (scene->triangle_count > 0)
+        keller_row("box", "(%g, %g, %g) to (%g, %g, %g) m", scene->lower.x, scene->lower.y, scene->lower.z,
+                   scene->upper.x, scene->upper.y, scene->upper.z);
+    keller_row("repaired", "%zu vertices welded, %zu degenerate and %zu doubled triangles left out, %zu polygons split",
+               r->welded_vertices, r->degenerate, r->duplicate, soup->polygons_split);
+    keller_row("edges", "%zu: %zu flat, %zu with one face (%zu of them stand on another face), %zu with more than two",
+               r->edges, r->flat_edges, r->boundary_edges, r->contact_edges, r->complex_edges);
+    for (size_t i = 0; i < scene->material_count; ++i) {
+        if (i == 12 && scene->material_count > 13) {
+            keller_row("", "and %zu more", scene->material_count - i);
+            break;
+        }
+        keller_row(i ? "" : "materials", "%s: %s", scene->materials[i].name,
+                   material_text(&scene->materials[i], text));
+    }
+    const char *const lists[] = {soup->notes, r->notes};
+    for (int i = 0; i < 2 && notes; ++i)
+        for (const char *line = lists[i]; line && *line;) {
+            size_t length = strcspn(line, "\n");
+            if (length > 0) keller_row("note", "%.*s", (int)(length < 400 ? length : 400), line);
+            line += length + (line[length] == '\n');
+        }
+}

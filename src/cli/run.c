@@ -1,0 +1,258 @@
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include "base/progress.h"
+#include "cli/cli.h"
+#include "cli/summary.h"
+#include "io/result_write.h"
+#include "keller/accel.h"
+#include "keller/path.h"
+
+typedef struct {
+    const char *config, *output;
+    bool force, quiet, verbose, has_threads;
+    uint32_t threads;
+    KellerVariables variables;
+    char *default_output, *command_line;    /* owned */
+} Options;
+
+typedef struct {
+    const KellerConfig *config;
+    KellerResult *result;
+    KellerProgress progress;
+    KellerSummary summary;
+} Run;
+
+/* ---- arguments ------------------------------------------------------------------------------------------------- */
+
+static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
+{
+    enum { OUTPUT, THREADS, DEFINE, RESUME, FORCE, QUIET, VERBOSE };
+    static const KellerOption options[] = {{"output", 'o', true}, {"threads", 'j', true}, {NULL, 'D', true},
+                                           {"resume", 0, false},  {"force", 0, false},    {"quiet", 'q', false},
+                                           {"verbose", 'v', false}, {0}};
+    KellerArguments arguments = {.verb = "run", .argc = argc, .argv = argv};
+    const char *value;
+    for (;;) {
+        KellerStatus status = KELLER_OK;
+        switch (keller_next_argument(&arguments, options, &value, error)) {
+        case OUTPUT: o->output = value; break;
+        case THREADS:
+            o->has_threads = true;
+            status = keller_whole_number("run", "-j", value, 0, 4096, &o->threads, error);
+            break;
+        case DEFINE: status = keller_variables_add(&o->variables, "run", value, error); break;
+        case RESUME: return keller_usage(error, "run", "--resume: this version does not resume runs");
+        case FORCE: o->force = true; break;
+        case QUIET: o->quiet = true; break;
+        case VERBOSE: o->verbose = true; break;
+        case KELLER_ARGUMENT_OPERAND:
+            if (o->config) return keller_usage(error, "run", "\"%s\" is one configuration too many", value);
+            o->config = value;
+            break;
+        case KELLER_ARGUMENT_END:
+            if (!o->config) return keller_usage(error, "run", "a configuration is expected");
+            if (o->quiet && o->verbose) return keller_usage(error, "run", "-q and -v exclude each other");
+            return KELLER_OK;
+        default: return KELLER_USAGE;
+        }
+        if (status != KELLER_OK) return status;
+    }
+}
+
+/* The configuration's base name with .h5, in the current folder. */
+static char *output_of(const char *config)
+{
+    const char *slash = strrchr(config, '/'), *name = slash ? slash + 1 : config, *dot = strrchr(name, '.');
+    size_t length = dot && dot > name ? (size_t)(dot - name) : strlen(name);
+    char *output = malloc(length + 4);
+    if (output) sprintf(output, "%.*s.h5", (int)length, name);
+    return output;
+}
+
+/* The command as a shell would take it back. */
+static char *command_line_of(int argc, char **argv)
+{
+    size_t size = sizeof "keller run";
+    for (int i = 0; i < argc; ++i) size += 4 * strlen(argv[i]) + 3;
+    char *line = malloc(size), *end = line;
+    if (!line) return NULL;
+    end += sprintf(end, "keller run");
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./=:,+@%";
+    for (int i = 0; i < argc; ++i) {
+        *end++ = ' ';
+        if (argv[i][0] && argv[i][strspn(argv[i], plain)] == '\0') {
+            end += sprintf(end, "%s", argv[i]);
+            continue;
+        }
+        *end++ = '\'';
+        for (const char *c = argv[i]; *c; ++c) {
+            if (*c == '\'') end += sprintf(end, "'\\''");
+            else *end++ = *c;
+        }
+        *end++ = '\'';
+    }
+    *end = '\0';
+    return line;
+}
+
+/* ---- the simulation's sink -------------------------------------------------------------------------------------- */
+
+static KellerStatus take_paths(void *context, const KellerPathBatch *batch, KellerError *error)
+{
+    Run *run = context;
+    keller_summary_paths(&run->summary, batch);
+    return run->config->output_paths ? keller_result_append(run->result, batch, error) : KELLER_OK;
+}
+
+static KellerStatus take_map(void *context, const KellerCoverage *map, KellerError *error)
+{
+    Run *run = context;
+    keller_summary_map(&run->summary, map);
+    return keller_result_coverage(run->result, map, error);
+}
+
+static void take_progress(void *context, double fraction)
+{
+    keller_progress_update(&((Run *)context)->progress, fraction);
+}
+
+/* ---- statistics -------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    double accelerator, simulation, total;      /* s */
+    const char *accelerator_name;
+    KellerSimulationWork work;
+} Measured;
+
+static double peak_memory(void)
+{
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0;
+}
+
+static KellerStatus write_statistics(KellerResult *result, const KellerPrepared *p, const Measured *m,
+                                     KellerError *error)
+{
+    const struct { const char *name; double value; const char *unit; } rows[] = {
+        {"time_configuration", p->seconds_configuration, "s"}, {"time_read", p->seconds_read, "s"},
+        {"time_scene", p->seconds_scene, "s"}, {"time_accelerator", m->accelerator, "s"},
+        {"time_simulation", m->simulation, "s"}, {"time_search", m->work.seconds_search, "s"},
+        {"time_solve", m->work.seconds_solve, "s"}, {"time_total", m->total, "s"},
+        {"cones_traced", (double)m->work.cones, "1"}, {"nodes_visited", (double)m->work.nodes, "1"},
+        {"triangles_visited", (double)m->work.triangles, "1"}, {"candidates", (double)m->work.candidates, "1"},
+        {"valid_paths", (double)m->work.valid_paths, "1"}, {"dropped_paths", (double)m->work.dropped_paths, "1"},
+        {"threads", m->work.threads, "1"}, {"peak_memory", peak_memory(), "B"}};
+    KellerStatus status = keller_result_statistic_text(result, "accelerator", m->accelerator_name, error);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows && status == KELLER_OK; ++i)
+        status = keller_result_statistic(result, rows[i].name, rows[i].value, rows[i].unit, error);
+    return status;
+}
+
+static void print_statistics(const KellerPrepared *p, const Measured *m)
+{
+    printf("work\n");
+    keller_row("cones", "%llu", (unsigned long long)m->work.cones);
+    keller_row("candidates", "%llu, of which %llu are paths, %llu dropped as too weak",
+               (unsigned long long)m->work.candidates, (unsigned long long)m->work.valid_paths,
+               (unsigned long long)m->work.dropped_paths);
+    keller_row("accelerator", "%s, %u thread%s, %.0f MB at most", m->accelerator_name, m->work.threads,
+               m->work.threads == 1 ? "" : "s", peak_memory() / 1e6);
+    printf("time/s\n");
+    keller_row("configuration", "%9.3f", p->seconds_configuration);
+    keller_row("reading", "%9.3f", p->seconds_read);
+    keller_row("scene", "%9.3f", p->seconds_scene);
+    keller_row("accelerator", "%9.3f", m->accelerator);
+    keller_row("simulation", "%9.3f", m->simulation);
+    keller_row("all", "%9.3f", m->total);
+}
+
+/* ---- the run ----------------------------------------------------------------------------------------------------- */
+
+static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, KellerInterrupt *interrupt,
+                             KellerError *error)
+{
+    Measured m = {0};
+    KellerAccel *accel = NULL;
+    double before = keller_seconds();
+    KellerStatus status = keller_accel_build(p->config.accelerator, &p->scene, &accel, error);
+    if (status != KELLER_OK) return status;
+    m.accelerator = keller_seconds() - before;
+    m.accelerator_name = keller_accel_name(accel);
+
+    Run run = {.config = &p->config};
+    keller_interrupt_hold(interrupt);
+    status = keller_result_begin(o->output, o->force, &p->config, &run.result, error);
+    keller_interrupt_release(interrupt, run.result ? keller_result_temporary(run.result) : NULL);
+    if (status != KELLER_OK) {
+        keller_accel_free(accel);
+        return status;
+    }
+    status = keller_result_fill(run.result, &p->scene, o->command_line, error);
+    KellerSink sink = {&run, take_paths, take_map, take_progress};
+    if (o->verbose) fprintf(stderr, "keller: simulating\n");
+    keller_progress_start(&run.progress, o->quiet ? NULL : stderr, "keller: simulating");
+    before = keller_seconds();
+    if (status == KELLER_OK) status = keller_simulate(&p->config, &p->scene, accel, &sink, &m.work, error);
+    m.simulation = keller_seconds() - before;
+    keller_progress_stop(&run.progress);
+
+    m.total = keller_seconds() - start;
+    if (status == KELLER_OK) status = write_statistics(run.result, p, &m, error);
+    if (status == KELLER_OK) {
+        if (o->verbose) fprintf(stderr, "keller: completing %s\n", o->output);
+        status = keller_result_finish(run.result, error);
+    } else {
+        keller_result_abandon(run.result);
+    }
+    if (status == KELLER_OK) {
+        keller_print_scene(&p->soup, &p->scene, o->verbose);
+        keller_summary_print(&run.summary, &p->config);
+        print_statistics(p, &m);
+        printf("result\n");
+        keller_row("file", "%s", o->output);
+    }
+    keller_accel_free(accel);
+    return status;
+}
+
+static KellerStatus prepare_and_simulate(const Options *o, KellerInterrupt *interrupt, KellerError *error)
+{
+    double start = keller_seconds();
+    KellerPrepared prepared;
+    KellerStatus status = keller_prepare_config(o->config, &o->variables, &prepared, error);
+    /* before anything slow */
+    if (status == KELLER_OK) status = keller_result_check_target(o->output, o->force, error);
+    if (status == KELLER_OK) {
+        if (o->verbose) fprintf(stderr, "keller: reading %s\n", prepared.config.scene_file);
+        if (o->has_threads) prepared.config.threads = o->threads;
+        status = keller_prepare_scene(&prepared, error);
+    }
+    if (status == KELLER_OK) status = simulate(o, &prepared, start, interrupt, error);
+    keller_prepared_free(&prepared);
+    return status;
+}
+
+KellerStatus keller_cli_run(int argc, char **argv, KellerError *error)
+{
+    Options o = {0};
+    KellerStatus status = parse(argc, argv, &o, error);
+    if (status == KELLER_OK) {
+        o.default_output = output_of(o.config);
+        o.command_line = command_line_of(argc, argv);
+        if (!o.output) o.output = o.default_output;
+        KellerInterrupt interrupt;
+        if (!o.default_output || !o.command_line) status = keller_error_memory(error, 4096);
+        else if (!keller_interrupt_start(&interrupt))
+            status = keller_error(error, KELLER_FAILED, "no thread for signals");
+        else {
+            status = prepare_and_simulate(&o, &interrupt, error);
+            keller_interrupt_stop(&interrupt);
+        }
+    }
+    keller_variables_free(&o.variables);
+    free(o.default_output);
+    free(o.command_line);
+    return status;
+}

@@ -1,0 +1,32 @@
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include "cli/cli.h"
+
+void keller_row(const char *name, const char *format, ...)
+{
+    printf("  %-18s ", name);
+    va_list args;
+    va_start(args, format);
+    vprintf(format, args);
+    va_end(args);
+    putchar('\n');
+}
+
+const char *keller_si(double value, const char *unit, char text[32])
+{
+    static const struct { double factor; const char *prefix; } prefixes[] = {
+        {1e12, "T"}, {1e9, "G"}, {1e6, "M"}, {1e3, "k"}, {1, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}};
+    size_t i = 0, last = sizeof prefixes / sizeof *prefixes - 1;
+    while (i < last && !(fabs(value) >= prefixes[i].factor)) ++i;
+    if (value == 0 || !isfinite(value)) snprintf(text, 32, "%g %s", value, unit);
+    else snprintf(text, 32, "%.6g %s%s", value / prefixes[i].factor, prefixes[i].prefix, unit);
+    return text;
+}
+
+void keller_put_text(const char *text)
+{
+    for (; *text; ++text) putchar((unsigned char)*text < 32 || *text == 127 ? '?' : *text);
+}
+
+double keller_decibel(double amplitude) { return 20 * log10(amplitude); }

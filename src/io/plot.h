@@ -1,0 +1,38 @@
+/* io/plot.h -- pictures of a result, as gnuplot scripts. */
+#ifndef KELLER_IO_PLOT_H
+#define KELLER_IO_PLOT_H
+#include <stdbool.h>
+#include <stdio.h>
+#include "io/result_read.h"
+
+typedef enum { KELLER_PLOT_COVERAGE, KELLER_PLOT_DELAY, KELLER_PLOT_PATHS } KellerPlotKind;
+
+typedef struct {
+    const char *file;           /* the result, for messages */
+    KellerPlotKind kind;
+    bool svg;                   /* else PNG */
+    size_t tx;
+    size_t set;                 /* the grid; for paths the receivers, SIZE_MAX: all */
+    int64_t index;              /* for paths: one point of the set, -1: all */
+    size_t frequency;
+} KellerPlot;
+
+/* Writes the whole script, data included. */
+KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE *script, KellerError *error);
+KellerStatus keller_plot_paths(KellerReader *reader, const KellerPlot *plot, FILE *script, KellerError *error);
+
+/* ---- plot_frame.c: what all pictures share ----------------------------------------------------------------------- */
+
+typedef struct {
+    double x0, x1, y0, y1;      /* m, what is shown */
+} KellerPlotBox;
+
+/* Terminal, size in true aspect ratio, axes in metres, the palette with its range and label. */
+void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *title, const char *colour_label,
+                       double lowest, double highest, FILE *script);
+/* The data block $outline: where the plane at height z cuts the scene, within the box. *any: it holds something. */
+KellerStatus keller_plot_outline(KellerReader *reader, const char *file, KellerPlotBox box, double z, FILE *script,
+                                 bool *any, KellerError *error);
+/* Marks a point with its name. */
+void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, FILE *script);
+#endif

@@ -1,0 +1,158 @@
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "io/plot.h"
+
+/* What is more than this below the highest path gain has the darkest colour. */
+static const double shown_range = 100;   /* dB */
+
+typedef struct {
+    uint32_t ny, nx;
+    double *x, *y, *cells;      /* owned */
+    double z;
+} Map;
+
+static void map_free(Map *map)
+{
+    free(map->x);
+    free(map->y);
+    free(map->cells);
+}
+
+/* The height of a grid: that of its first receiver. */
+static KellerStatus grid_height(KellerReader *reader, size_t set, double *z, KellerError *error)
+{
+    const KellerResultInfo *info = keller_reader_info(reader);
+    *z = 0;
+    for (uint64_t r = 0; r < info->receiver_count; ++r) {
+        if (info->receiver_sets[r] != set) continue;
+        double position[3];
+        KellerStatus status =
+            keller_reader_rows(reader, "/receivers/position", KELLER_CELL_F8, 3, r, 1, position, error);
+        *z = position[2];
+        return status;
+    }
+    return KELLER_OK;
+}
+
+static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *map, KellerError *error)
+{
+    const KellerResultInfo *info = keller_reader_info(reader);
+    const char *id = info->set_ids[plot->set];
+    map->ny = info->set_shapes[plot->set][0];
+    map->nx = info->set_shapes[plot->set][1];
+    size_t ny = map->ny, nx = map->nx;
+    map->x = calloc(nx + 1, sizeof *map->x);
+    map->y = calloc(ny + 1, sizeof *map->y);
+    map->cells = calloc(ny * nx + 1, sizeof *map->cells);
+    char path[400];
+    if (!map->x || !map->y || !map->cells) return keller_error_memory(error, ny * nx * sizeof *map->cells);
+    snprintf(path, sizeof path, "/coverage/%s", id);
+    if (!keller_reader_has(reader, path))
+        return keller_error(
+            error, KELLER_BAD_INPUT,
+            "%s: holds no coverage of the grid \"%.60s\"; expected a run with <output coverage=\"yes\"/>", plot->file,
+            id);
+    snprintf(path, sizeof path, "/coverage/%s/x", id);
+    KellerStatus status = keller_reader_rows(reader, path, KELLER_CELL_F8, 1, 0, nx, map->x, error);
+    snprintf(path, sizeof path, "/coverage/%s/y", id);
+    if (status == KELLER_OK) status = keller_reader_rows(reader, path, KELLER_CELL_F8, 1, 0, ny, map->y, error);
+    if (status == KELLER_OK && plot->kind == KELLER_PLOT_COVERAGE) {
+        snprintf(path, sizeof path, "/coverage/%s/path_gain", id);
+        status = keller_reader_box(reader, path, KELLER_CELL_F8, 4, (uint64_t[]){plot->tx, plot->frequency, 0, 0},
+                                   (uint64_t[]){1, 1, ny, nx}, map->cells, error);
+    } else if (status == KELLER_OK) {
+        snprintf(path, sizeof path, "/coverage/%s/strongest_delay", id);
+        status = keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){plot->tx, 0, 0},
+                                   (uint64_t[]){1, ny, nx}, map->cells, error);
+    }
+    return status == KELLER_OK ? grid_height(reader, plot->set, &map->z, error) : status;
+}
+
+/* Decibels or nanoseconds; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
+static bool convert(const KellerPlot *plot, Map *map, double *lowest, double *highest)
+{
+    size_t count = (size_t)map->ny * map->nx;
+    *lowest = INFINITY;
+    *highest = -INFINITY;
+    for (size_t i = 0; i < count; ++i) {
+        double value = map->cells[i];
+        if (plot->kind == KELLER_PLOT_COVERAGE) value = value > 0 ? 10 * log10(value) : NAN;
+        else value = value >= 0 ? value * 1e9 : NAN;
+        if (!isfinite(value)) value = NAN;
+        map->cells[i] = value;
+        if (value < *lowest) *lowest = value;
+        if (value > *highest) *highest = value;
+    }
+    bool any = *highest >= *lowest;
+    if (!any) *lowest = *highest = 0;
+    if (plot->kind == KELLER_PLOT_COVERAGE) {
+        if (*lowest < *highest - shown_range) *lowest = *highest - shown_range;
+        *lowest = 5 * floor(*lowest / 5);
+        *highest = 5 * ceil(*highest / 5);
+    }
+    if (!(*highest > *lowest))
+        *highest = *lowest + (plot->kind == KELLER_PLOT_COVERAGE ? 5 : fmax(1, fabs(*lowest) * 1e-3));
+    return any;
+}
+
+/* gnuplot draws images from two by two points on: a blank row and column more than there are cells. */
+static void write_cells(const Map *map, FILE *script)
+{
+    fputs("$map << EOD\n", script);
+    for (uint32_t iy = 0; iy <= map->ny; ++iy) {
+        for (uint32_t ix = 0; ix <= map->nx; ++ix) {
+            double value = iy < map->ny && ix < map->nx ? map->cells[(size_t)iy * map->nx + ix] : NAN;
+            if (isnan(value)) fputs(" NaN", script);
+            else fprintf(script, " %.6g", value);
+        }
+        fputc('\n', script);
+    }
+    fputs("EOD\n", script);
+}
+
+KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE *script, KellerError *error)
+{
+    const KellerResultInfo *info = keller_reader_info(reader);
+    Map map = {0};
+    KellerStatus status = map_read(reader, plot, &map, error);
+    if (status == KELLER_OK && (map.nx == 0 || map.ny == 0))
+        status = keller_error(error, KELLER_BAD_INPUT, "%s: the grid \"%.60s\" has no cells", plot->file,
+                              info->set_ids[plot->set]);
+    if (status != KELLER_OK) {
+        map_free(&map);
+        return status;
+    }
+    double step = map.nx > 1 ? map.x[1] - map.x[0] : map.ny > 1 ? map.y[1] - map.y[0] : 1;
+    if (!(step > 0) || !isfinite(step)) step = 1;
+    KellerPlotBox box = {map.x[0] - step / 2, map.x[0] + (map.nx - 0.5) * step, map.y[0] - step / 2,
+                         map.y[0] + (map.ny - 0.5) * step};
+    double lowest, highest;
+    bool any = convert(plot, &map, &lowest, &highest);
+
+    char title[400], label[100];
+    const char *tx = info->transmitter_ids[plot->tx], *grid = info->set_ids[plot->set];
+    if (plot->kind == KELLER_PLOT_COVERAGE) {
+        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %.6g GHz%s", tx, grid, map.z,
+                 info->frequencies[plot->frequency] / 1e9, any ? "" : ": no path");
+        snprintf(label, sizeof label, "path gain / dB");
+    } else {
+        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m)%s", tx, grid, map.z, any ? "" : ": no path");
+        snprintf(label, sizeof label, "delay of the strongest path / ns");
+    }
+    write_cells(&map, script);
+    bool outline = false;
+    status = keller_plot_outline(reader, plot->file, box, map.z, script, &outline, error);
+    if (status == KELLER_OK) {
+        keller_plot_frame(plot, box, title, label, lowest, highest, script);
+        keller_plot_mark(info->transmitter_positions[plot->tx], box, tx, script);
+        fputs("plot ", script);
+        if (any)
+            fprintf(script, "$map matrix using (%.17g + $1 * %.17g):(%.17g + $2 * %.17g):3 with image", map.x[0], step,
+                    map.y[0], step);
+        else fputs("NaN with lines", script);
+        fputs(outline ? ", $outline using 1:2 with lines lw 1.2 lc rgb '#202020'\n" : "\n", script);
+    }
+    map_free(&map);
+    return status;
+}

@@ -1,0 +1,139 @@
+/* The diffracted field as a vector: the dyad of Kouyoumjian and Pathak (1974) in the edge-fixed basis, with the faces'
+ * reflection matrices put to its terms in the manner of Luebbers (IEEE Trans. AP-32, 1984), made reciprocal and
+ * extended to sectors below pi. docs/theory.md derives what is here. */
+#include "keller/wave.h"
+
+/* Below these the field has reached its limit: D sqrt(s_in/(s (s_in + s))) depends on neither s nor sin beta0 any more,
+ * while the factors alone would go to 0 and infinity. */
+static const double smallest_sine = 1e-12;
+static const double smallest_distance = 1e-100; /* m */
+
+/* Components along beta0-hat and phi-hat: m[received][incident]. */
+typedef struct {
+    double complex m[2][2];
+} Matrix;
+
+static Matrix multiply(Matrix a, Matrix b)
+{
+    Matrix c;
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 2; j++) c.m[i][j] = a.m[i][0] * b.m[0][j] + a.m[i][1] * b.m[1][j];
+    return c;
+}
+
+/* A ray's side of the wedge: its azimuth around the edge in [0, n pi], its edge-fixed unit vectors. */
+typedef struct {
+    double phi, sin_beta0, cos_beta0;
+    KellerVec3 beta_hat, phi_hat;
+} EdgeFixed;
+
+/* `side` is the unit vector from the edge to the source or to the receiver, `travel` the direction of travel (-side or
+ * side): phi_hat points to growing phi on both, beta_hat = phi_hat x travel (Kouyoumjian and Pathak). */
+static EdgeFixed edge_fixed(const KellerWedgeWave *wedge, KellerVec3 side, KellerVec3 travel)
+{
+    EdgeFixed f;
+    double x = v3_dot(side, wedge->tangent0), y = v3_dot(side, wedge->normal0), r = hypot(x, y);
+    double opening = wedge->n * M_PI;
+    f.phi = atan2(y, x);
+    if (f.phi < 0) f.phi += 2 * M_PI;
+    /* A point on a face may have been rounded to behind it. */
+    if (f.phi > opening) f.phi = f.phi - opening < 2 * M_PI - f.phi ? opening : 0;
+    f.sin_beta0 = r;
+    f.cos_beta0 = v3_dot(travel, wedge->direction);
+    f.phi_hat = r > 0 ? v3_add(v3_scale(wedge->tangent0, -y / r), v3_scale(wedge->normal0, x / r)) : wedge->normal0;
+    f.beta_hat = v3_cross(f.phi_hat, travel);
+    return f;
+}
+
+/* The matrix M of a face for a wave from the azimuth `angle`: the reflected field is -M times the incident one, both in
+ * their edge-fixed bases, as the diffracted field is -(D_s, D_h) times it. With c = cos psi, g = cos beta0 sin psi
+ * (psi: azimuth from the face), the unit vector perpendicular to the plane of incidence is (-c, g)/sin theta before and
+ * (c, g)/sin theta behind the reflection, sin^2 theta = c^2 + g^2. The n-face is the 0-face's mirror image, which turns
+ * phi-hat and so the signs off the diagonal. */
+static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, double sin_beta0, double cos_beta0,
+                          double k)
+{
+    const KellerMedium *medium = &wedge->medium[face];
+    if (medium->conductor) return (Matrix){{{-1, 0}, {0, 1}}};
+    double psi = face == 0 ? angle : wedge->n * M_PI - angle;
+    double c = cos(psi), s = sin(psi), g = cos_beta0 * s, sine2 = c * c + g * g;
+    double complex te, tm;
+    keller_reflection(medium, sin_beta0 * fabs(s), k, &te, &tm);
+    double complex half_sum = 0.5 * (tm + te), half_difference = 0.5 * (tm - te);
+    /* cos and sin of twice the angle between the plane of incidence and the basis; any at normal incidence, where
+     * the half sum is 0. */
+    double cos2 = sine2 > 1e-30 ? (c * c - g * g) / sine2 : 1;
+    double sin2 = sine2 > 1e-30 ? 2 * c * g / sine2 : 0;
+    double complex off = half_sum * (face == 0 ? sin2 : -sin2);
+    return (Matrix){{{half_sum * cos2 - half_difference, -off}, {off, half_sum * cos2 + half_difference}}};
+}
+
+/* `count` reflections, in turn in the one face and the other, of a wave from the azimuth `angle`. Behind each, the wave
+ * comes from the azimuth of the image; both unit vectors of the basis turn over in between, and the signs cancel. */
+static Matrix reflections(const KellerWedgeWave *wedge, int first, int count, double angle, double sin_beta0,
+                          double cos_beta0, double k)
+{
+    Matrix product = {{{1, 0}, {0, 1}}};
+    for (int i = 0, face = first; i < count; i++, face = 1 - face) {
+        product = multiply(face_matrix(wedge, face, angle, sin_beta0, cos_beta0, k), product);
+        angle = face == 0 ? -angle : 2 * wedge->n * M_PI - angle;
+    }
+    return product;
+}
+
+/* How many reflections term i is multiplied with: those of the geometrical wave whose boundary is its pole. Of the
+ * poles 2 pi n N = pi +- beta, 2 pi n apart, each term has exactly one in the sector (beta in [-n pi, n pi] for phi -
+ * phi', [0, 2 n pi] for phi + phi'), and so belongs to one wave: for n > 1 as Luebbers has it, none for the first two
+ * terms and one for the others, in sectors below pi to multiply reflected waves. */
+static int reflection_count(double n, int term)
+{
+    return term < 2 ? 2 * (int)ceil((1 - n) / (2 * n)) : 2 * (int)ceil(1 / (2 * n)) - 1;
+}
+
+/* The mean of the matrix taken at the incident ray and the one that the exchanged path would have. Exchanging turns
+ * cos beta0 and both beta-hats over; transposing then makes the dyad exactly reciprocal. On the boundary both are the
+ * geometrical reflection's, so the total field is continuous there. */
+static Matrix term_matrix(const KellerWedgeWave *wedge, int term, const EdgeFixed *incident,
+                          const EdgeFixed *diffracted, double sin_beta0, double cos_beta0, double k)
+{
+    int count = reflection_count(wedge->n, term);
+    int last = term % 2 == 0 ? 1 : 0, first = count % 2 == 1 ? last : 1 - last;
+    Matrix there = reflections(wedge, first, count, incident->phi, sin_beta0, cos_beta0, k);
+    Matrix back = reflections(wedge, last, count, diffracted->phi, sin_beta0, -cos_beta0, k);
+    return (Matrix){{{0.5 * (there.m[0][0] + back.m[0][0]), 0.5 * (there.m[0][1] - back.m[1][0])},
+                     {0.5 * (there.m[1][0] - back.m[0][1]), 0.5 * (there.m[1][1] + back.m[1][1])}}};
+}
+
+static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }
+
+KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
+                                  double k, KellerCVec3 e)
+{
+    EdgeFixed incident = edge_fixed(wedge, v3_scale(in, -1), in);
+    EdgeFixed diffracted = edge_fixed(wedge, out, out);
+    /* The two angles to the edge are equal but for rounding; symmetric means keep the result reciprocal. */
+    double sin_beta0 = sqrt(incident.sin_beta0 * diffracted.sin_beta0);
+    double cos_beta0 = 0.5 * (incident.cos_beta0 + diffracted.cos_beta0);
+    if (sin_beta0 < smallest_sine) sin_beta0 = smallest_sine;
+    if (s_in < smallest_distance) s_in = smallest_distance;
+    if (s < smallest_distance) s = smallest_distance;
+
+    double L = sin_beta0 * sin_beta0 / (1 / s_in + 1 / s);
+    double complex d[4];
+    keller_utd_terms(wedge->n, diffracted.phi, incident.phi, sin_beta0, k, L, d);
+
+    double complex e_beta = dot(e, incident.beta_hat), e_phi = dot(e, incident.phi_hat);
+    double complex f_beta = 0, f_phi = 0;
+    for (int i = 0; i < 4; i++) {
+        if (d[i] == 0) continue;
+        Matrix matrix = term_matrix(wedge, i, &incident, &diffracted, sin_beta0, cos_beta0, k);
+        f_beta += d[i] * (matrix.m[0][0] * e_beta + matrix.m[0][1] * e_phi);
+        f_phi += d[i] * (matrix.m[1][0] * e_beta + matrix.m[1][1] * e_phi);
+    }
+    /* sqrt(s_in/(s (s_in + s))), also for a plane wave, s_in infinite */
+    double spreading = sqrt(1 / (s * (1 + s / s_in)));
+    f_beta *= -spreading;
+    f_phi *= -spreading;
+    KellerVec3 b = diffracted.beta_hat, p = diffracted.phi_hat;
+    return (KellerCVec3){f_beta * b.x + f_phi * p.x, f_beta * b.y + f_phi * p.y, f_beta * b.z + f_phi * p.z};
+}

@@ -1,0 +1,336 @@
+/* Total fields around perfectly conducting wedges against exact solutions. Geometrical optics is written down here by
+ * images; what is tested is keller_utd_terms and keller_diffract_field.
+ *
+ * Soft: E along the edge. Hard: H along the edge, u = H_z; with the incident wave's -E_phi' = u (H = d x E) the
+ * diffracted E_phi is u. At oblique incidence E along beta0' and phi' go with the soft and the hard scalar field
+ * (Kouyoumjian and Pathak 1974): beta0' = phi' x in, beta0 = phi x out, and E_d = -(D_s, D_h) E_i. */
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_sf_bessel.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+#include "../truth/table.h"
+#include "keller/wave.h"
+
+static const double degree = M_PI / 180;
+
+typedef struct {
+    double complex soft, hard;
+} Scalars;
+
+static KellerWedgeWave conductor(double n)
+{
+    KellerMedium metal = {.conductor = true};
+    return (KellerWedgeWave){
+        .n = n, .direction = {0, 0, 1}, .tangent0 = {1, 0, 0}, .normal0 = {0, 1, 0}, .medium = {metal, metal}};
+}
+
+static KellerVec3 along(double phi, double sine, double z) { return v3(sine * cos(phi), sine * sin(phi), z); }
+static KellerCVec3 times(KellerVec3 v, double complex a) { return (KellerCVec3){a * v.x, a * v.y, a * v.z}; }
+static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }
+
+/* u_d of a unit scalar field at the edge, without e^{-jks}: the vector function, read as soft and hard. */
+static Scalars diffracted(double n, double phi_in, double phi, double beta0, double s_in, double s, double k)
+{
+    KellerWedgeWave wedge = conductor(n);
+    KellerVec3 in = along(phi_in, -sin(beta0), cos(beta0)), out = along(phi, sin(beta0), cos(beta0));
+    KellerVec3 phi_in_hat = v3(-sin(phi_in), cos(phi_in), 0), phi_hat = v3(-sin(phi), cos(phi), 0);
+    KellerVec3 beta_in_hat = v3_cross(phi_in_hat, in), beta_hat = v3_cross(phi_hat, out);
+    KellerCVec3 soft = keller_diffract_field(&wedge, in, out, s_in, s, k, times(beta_in_hat, 1));
+    KellerCVec3 hard = keller_diffract_field(&wedge, in, out, s_in, s, k, times(phi_in_hat, -1));
+    /* no cross-polarisation at a conductor, and nothing along the ray */
+    assert_true(cabs(dot(soft, phi_hat)) + cabs(dot(hard, beta_hat)) < 1e-12);
+    assert_true(cabs(dot(soft, out)) + cabs(dot(hard, out)) < 1e-12);
+    return (Scalars){-dot(soft, beta_hat), dot(hard, phi_hat)};
+}
+
+/* The same from the four scalar terms. */
+static Scalars diffracted_terms(double n, double phi_in, double phi, double beta0, double s_in, double s, double k)
+{
+    double complex d[4];
+    double sine = sin(beta0);
+    keller_utd_terms(n, phi, phi_in, sine, k, sine * sine / (1 / s + 1 / s_in), d);
+    double spreading = sqrt(1 / (s * (1 + s / s_in)));
+    return (Scalars){spreading * (d[0] + d[1] - (d[2] + d[3])), spreading * (d[0] + d[1] + d[2] + d[3])};
+}
+
+/* Geometrical optics: images at psi + 2 pi n N with |.| <= pi, one half on the boundary. plane wave: rho_in infinite.
+ * */
+static Scalars optics(double n, double phi_in, double phi, double k, double rho_in, double rho, double z)
+{
+    double complex u[2] = {0, 0};
+    for (int sign = 0; sign < 2; sign++) {
+        double psi = sign == 0 ? phi - phi_in : phi + phi_in;
+        for (int image = -4; image <= 4; image++) {
+            double a = psi + 2 * M_PI * n * image, off = fabs(a) - M_PI;
+            double weight = fabs(off) < KELLER_BOUNDARY_ANGLE ? 0.5 : off < 0 ? 1 : 0;
+            if (weight == 0) continue;
+            if (isinf(rho_in)) {
+                u[sign] += weight * cexp(I * k * rho * cos(a));
+            } else {
+                double R = sqrt(rho * rho + rho_in * rho_in - 2 * rho * rho_in * cos(a) + z * z);
+                u[sign] += weight * cexp(-I * k * R) / (4 * M_PI * R);
+            }
+        }
+    }
+    return (Scalars){u[0] - u[1], u[0] + u[1]};
+}
+
+static Scalars total(double n, double phi_in, double phi, double k, double rho_in, double rho, double z, bool terms)
+{
+    Scalars u = optics(n, phi_in, phi, k, rho_in, rho, z), d;
+    double complex at_edge = 1;
+    double s = rho;
+    if (isinf(rho_in)) {
+        d = (terms ? diffracted_terms : diffracted)(n, phi_in, phi, M_PI / 2, rho_in, s, k);
+    } else {
+        double beta0 = atan2(rho + rho_in, z), s_in = rho_in / sin(beta0);
+        s = rho / sin(beta0);
+        at_edge = cexp(-I * k * s_in) / (4 * M_PI * s_in);
+        d = (terms ? diffracted_terms : diffracted)(n, phi_in, phi, beta0, s_in, s, k);
+    }
+    at_edge *= cexp(-I * k * s);
+    return (Scalars){u.soft + d.soft * at_edge, u.hard + d.hard * at_edge};
+}
+
+static Scalars exact(const Table *t)
+{
+    return (Scalars){table_number(t, "soft_re") + I * table_number(t, "soft_im"),
+                     table_number(t, "hard_re") + I * table_number(t, "hard_im")};
+}
+
+/* For a plane wave at a half-plane the uniform theory is the Sommerfeld solution itself, at every distance. */
+static void check_halfplane(bool full)
+{
+    Table t;
+    if (!table_open(&t, "a_halfplane.csv", full)) skip();
+    int rows = 0;
+    while (table_next(&t)) {
+        double kr = table_number(&t, "kr"), phi_in = table_number(&t, "phip_deg") * degree;
+        double phi = table_number(&t, "phi_deg") * degree;
+        Scalars e = exact(&t);
+        for (int terms = 0; terms < 2; terms++) {
+            Scalars u = total(2, phi_in, phi, 1, INFINITY, kr, 0, terms);
+            if (cabs(u.soft - e.soft) > 1e-12 || cabs(u.hard - e.hard) > 1e-12)
+                fail_msg("kr %g phi' %g phi %g: off by %g soft, %g hard", kr, phi_in / degree, phi / degree,
+                         cabs(u.soft - e.soft), cabs(u.hard - e.hard));
+        }
+        rows++;
+    }
+    assert_true(rows >= 300);
+}
+
+static void halfplane(void **state)
+{
+    (void)state;
+    check_halfplane(false);
+}
+static void halfplane_full(void **state)
+{
+    (void)state;
+    check_halfplane(true);
+}
+
+/* UTD's own largest error (relative to the incident field, soft and hard) in a row of an error table that agrees in
+ * two columns of numbers; false where there is none. */
+static bool own_error(const char *table, double n, const char *column, double value, const char *z_column, double z,
+                      const char *soft, const char *hard, double error[2])
+{
+    Table t;
+    assert_true(table_open(&t, table, false));
+    bool found = false;
+    while (table_next(&t)) {
+        if (found || table_number(&t, "n") != n || table_number(&t, column) != value) continue;
+        if (z_column && table_number(&t, z_column) != z) continue;
+        error[0] = pow(10, table_number(&t, soft) / 20);
+        error[1] = pow(10, table_number(&t, hard) / 20);
+        found = true;
+    }
+    return found;
+}
+
+/* From one wavelength outwards (kr >= 2 pi) at most 1.1 times the theory's own error. */
+static void check_wedge_plane(bool full)
+{
+    Table t;
+    if (!table_open(&t, "b_wedge_plane.csv", full)) skip();
+    int rows = 0;
+    double last_n = 0, last_kr = 0, bound[2] = {0, 0};
+    while (table_next(&t)) {
+        double n = table_number(&t, "n"), kr = table_number(&t, "kr");
+        if (kr < 2 * M_PI) continue;
+        if (n != last_n || kr != last_kr)
+            assert_true(own_error("b_utd_error_2d.csv", n, "kr", kr, NULL, 0, "max_err_dB_re_inc_soft",
+                                  "max_err_dB_re_inc_hard", bound));
+        last_n = n;
+        last_kr = kr;
+        double phi_in = table_number(&t, "phip_deg") * degree, phi = table_number(&t, "phi_deg") * degree;
+        Scalars e = exact(&t), u = total(n, phi_in, phi, 1, INFINITY, kr, 0, false);
+        if (cabs(u.soft - e.soft) > 1.1 * bound[0] || cabs(u.hard - e.hard) > 1.1 * bound[1])
+            fail_msg("n %g kr %g phi' %g phi %g: off by %g of %g soft, %g of %g hard", n, kr, phi_in / degree,
+                     phi / degree, cabs(u.soft - e.soft), bound[0], cabs(u.hard - e.hard), bound[1]);
+        rows++;
+    }
+    assert_true(rows >= 270);
+}
+
+static void wedge_plane(void **state)
+{
+    (void)state;
+    check_wedge_plane(false);
+}
+static void wedge_plane_full(void **state)
+{
+    (void)state;
+    check_wedge_plane(true);
+}
+
+/* The same for a point source, at oblique incidence too; the incident field is that of the straightened path. */
+static void check_wedge_point(bool full)
+{
+    Table t;
+    if (!table_open(&t, "b_point3d.csv", full)) skip();
+    int rows = 0;
+    double key[3] = {0, 0, 0}, bound[2] = {0, 0};
+    while (table_next(&t)) {
+        double n = table_number(&t, "n"), k = table_number(&t, "k"), z = table_number(&t, "z");
+        double rho_in = table_number(&t, "rhop"), rho = table_number(&t, "rho");
+        if (k * rho < 2 * M_PI) continue;
+        if (n != key[0] || k != key[1] || z != key[2])
+            assert_true(
+                own_error("b_utd_error_3d.csv", n, "k", k, "z", z, "max_err_dB_soft", "max_err_dB_hard", bound));
+        key[0] = n;
+        key[1] = k;
+        key[2] = z;
+        double phi_in = table_number(&t, "phip_deg") * degree, phi = table_number(&t, "phi_deg") * degree;
+        double incident = 1 / (4 * M_PI * hypot(rho + rho_in, z));
+        Scalars e = exact(&t), u = total(n, phi_in, phi, k, rho_in, rho, z, false);
+        if (cabs(u.soft - e.soft) > 1.1 * bound[0] * incident || cabs(u.hard - e.hard) > 1.1 * bound[1] * incident)
+            fail_msg("n %g k %g z %g phi' %g phi %g: off by %g of %g soft, %g of %g hard", n, k, z, phi_in / degree,
+                     phi / degree, cabs(u.soft - e.soft) / incident, bound[0], cabs(u.hard - e.hard) / incident,
+                     bound[1]);
+        rows++;
+    }
+    assert_true(rows >= 400);
+}
+
+static void wedge_point(void **state)
+{
+    (void)state;
+    check_wedge_point(false);
+}
+static void wedge_point_full(void **state)
+{
+    (void)state;
+    check_wedge_point(true);
+}
+
+/* Exact plane-wave solution of a sector of any n, U(psi) = (1/n) sum_m eps_m e^{j m pi/2n} J_{m/n}(kr) cos(m psi/n),
+ * eps_0 = 1, else 2. J_nu(kr) falls faster than exponentially beyond nu = kr. */
+enum { MOST_TERMS = 256 };
+
+static int bessel_terms(double n, double kr, double complex term[MOST_TERMS])
+{
+    int m = 0;
+    for (; m / n < kr + 60; m++) {
+        gsl_sf_result j;
+        int status = gsl_sf_bessel_Jnu_e(m / n, kr, &j);
+        if (status != GSL_SUCCESS && status != GSL_EUNDRFLW) fail_msg("J_%g(%g): %s", m / n, kr, gsl_strerror(status));
+        assert_true(m < MOST_TERMS);
+        term[m] = (m == 0 ? 1 : 2) / n * j.val * cexp(I * (m * M_PI / (2 * n)));
+    }
+    return m;
+}
+
+static double complex bessel_sum(int count, const double complex term[MOST_TERMS], double n, double psi)
+{
+    double complex sum = 0;
+    for (int m = 0; m < count; m++) sum += term[m] * cos(m * psi / n);
+    return sum;
+}
+
+/* Largest error over the sector, exact boundaries included (pi and the angles of all images are whole degrees). */
+static double largest_error(double n, double kr)
+{
+    double complex term[MOST_TERMS];
+    int count = bessel_terms(n, kr, term), opening = (int)lround(180 * n);
+    double largest = 0;
+    for (int phi_in = 7; phi_in < opening; phi_in += 23)
+        for (int phi = 0; phi <= opening; phi += opening > 60 ? 3 : 1) {
+            double complex minus = bessel_sum(count, term, n, (phi - phi_in) * degree);
+            double complex plus = bessel_sum(count, term, n, (phi + phi_in) * degree);
+            Scalars u = total(n, phi_in * degree, phi * degree, 1, INFINITY, kr, 0, false);
+            largest = fmax(largest, fmax(cabs(u.soft - (minus - plus)), cabs(u.hard - (minus + plus))));
+        }
+    return largest;
+}
+
+/* Sectors of any opening, those below pi with multiply reflected waves and their boundaries. The theory's error goes as
+ * 1/kr with a constant that grows as the sector narrows (a second pole comes near); 0.1/n^2 is 1.1 to 2 times what is
+ * found. A wrong pole is an error of 0.5 whatever kr. */
+static void sectors(void **state)
+{
+    (void)state;
+    gsl_set_error_handler_off();
+    for (int opening = 50; opening <= 350; opening += 20)
+        for (double kr = 10; kr < 100; kr *= 4) {
+            double n = opening / 180.0, error = largest_error(n, kr);
+            if (error > 0.1 / (n * n * kr)) fail_msg("n %g kr %g: off by %g", n, kr, error);
+        }
+}
+
+/* 1/n whole: images alone solve the problem and the terms cancel. */
+static void no_diffraction(void **state)
+{
+    (void)state;
+    for (int m = 1; m <= 4; m++) {
+        double n = 1.0 / m;
+        for (double phi = 0; phi <= 1; phi += 0.125) {
+            Scalars d = diffracted(n, 0.3 * n * M_PI, phi * n * M_PI, 1.1, 3, 2, 20);
+            assert_true(cabs(d.soft) < 1e-13 && cabs(d.hard) < 1e-13);
+        }
+    }
+}
+
+/* Across every boundary of a half-plane, a 90 degree wedge and an inner sector the level changes by less than 0.01 dB
+ * from one side to the other and to the boundary itself. 1e-7 rad to either side the true field changes by 1e-6 or so.
+ * */
+static void no_jumps(void **state)
+{
+    (void)state;
+    static const double openings[] = {2, 1.5, 0.7};
+    for (int i = 0; i < 3; i++) {
+        double n = openings[i];
+        int boundaries = 0;
+        for (double part = 0.05; part < 1; part += 0.15) {
+            double phi_in = part * n * M_PI;
+            for (int sign = -1; sign <= 1; sign += 2)
+                for (int image = -1; image <= 1; image++)
+                    for (int side = -1; side <= 1; side += 2) {
+                        double phi = side * M_PI + sign * phi_in + 2 * M_PI * n * image;
+                        if (phi < 0.01 || phi > n * M_PI - 0.01) continue;
+                        Scalars u[3];
+                        for (int j = 0; j < 3; j++) u[j] = total(n, phi_in, phi + (j - 1) * 1e-7, 20, 3, 2, 2.5, false);
+                        for (int j = 0; j < 3; j += 2) {
+                            assert_true(fabs(20 * log10(cabs(u[j].soft) / cabs(u[1].soft))) < 0.01);
+                            assert_true(fabs(20 * log10(cabs(u[j].hard) / cabs(u[1].hard))) < 0.01);
+                        }
+                        boundaries++;
+                    }
+        }
+        assert_true(boundaries >= 7);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(halfplane),        cmocka_unit_test(halfplane_full), cmocka_unit_test(wedge_plane),
+        cmocka_unit_test(wedge_plane_full), cmocka_unit_test(wedge_point),    cmocka_unit_test(wedge_point_full),
+        cmocka_unit_test(sectors),          cmocka_unit_test(no_diffraction), cmocka_unit_test(no_jumps),
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

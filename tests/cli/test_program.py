@@ -1,0 +1,496 @@
+"""Runs the real program (KELLER_PROGRAM) as a user does: exit statuses, messages, what is left in the folder, and that the
+files it writes are what the documentation says. Speaks TAP."""
+import csv
+import json
+import math
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+
+PROGRAM = os.environ.get("KELLER_PROGRAM", "keller")
+SOURCE = pathlib.Path(os.environ.get("KELLER_SOURCE", pathlib.Path(__file__).resolve().parents[2]))
+DONE, FAILED, USAGE, BAD_INPUT, IO = range(5)
+
+# A floor and one wall: line of sight, ground and wall reflections, and edges that diffract.
+SCENE = """o floor
+v -20 -20 0
+v 20 -20 0
+v 20 20 0
+v -20 20 0
+f 1 2 3 4
+o wall
+v -5 4 0
+v 5 4 0
+v 5 4 3
+v -5 4 3
+f 5 6 7 8
+"""
+CONFIG = """<?xml version="1.0" encoding="UTF-8"?>
+<simulation version="1" domain="rf">
+  <scene file="scene.obj"/>
+  <frequency>3.5 GHz</frequency>
+  <frequency>28 GHz</frequency>
+  <material name="concrete" itu="concrete"/>
+  <default-material name="concrete"/>
+  <transmitter id="tx1"> <position x="-3 m" y="0 m" z="2 m"/> <power>30 dBm</power> </transmitter>
+  <transmitter id="tx2"> <position x="3 m" y="1 m" z="2 m"/> </transmitter>
+  <receiver id="rx1"> <position x="2 m" y="-1 m" z="1.5 m"/> </receiver>
+  <receivers id="walk" file="walk.csv"/>
+  <grid id="map" z="1.5 m"> <from x="-4 m" y="-2 m"/> <to x="4 m" y="2 m"/> <step>STEP</step> </grid>
+  <paths reflections="2" diffractions="1" interactions="2"/>
+</simulation>
+"""
+RECEIVERS, NY, NX = 1 + 3 + 15, 3, 5    # at a step of 2 m
+
+
+class Skip(Exception):
+    pass
+
+
+def keller(*arguments, cwd=None, **more):
+    return subprocess.run([PROGRAM, *map(str, arguments)], cwd=cwd, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=300, **more)
+
+
+def expect(done, status, *words):
+    """The exit status, and if it is not 0, one line on standard error with these words in it."""
+    assert done.returncode == status, f"exit status {done.returncode}, not {status}: {done.stderr}"
+    if status:
+        lines = done.stderr.splitlines()
+        assert len(lines) == 1 and lines[0].startswith("keller: "), f"not one line of error: {done.stderr!r}"
+        for word in words:
+            assert word in lines[0], f"{word!r} is not in {lines[0]!r}"
+    return done
+
+
+def write_inputs(folder, step="2 m"):
+    (folder / "scene.obj").write_text(SCENE)
+    (folder / "walk.csv").write_text("x,y,z\n0,-3,1.5\n1,-3,1.5\n2,-3,1.5\n")
+    (folder / "small.xml").write_text(CONFIG.replace("STEP", step))
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def finished(shared):
+    """One result that all cases may read: made by the first that asks."""
+    result = shared / "small.h5"
+    if not result.exists():
+        write_inputs(shared)
+        expect(keller("run", "small.xml", "-q", cwd=shared), DONE)
+    return result
+
+
+# ---- usage ----------------------------------------------------------------------------------------------------------
+
+
+def test_version_and_help(folder, shared):
+    assert expect(keller("--version"), DONE).stdout.startswith("keller ")
+    assert "usage: keller VERB" in expect(keller("help"), DONE).stdout
+    assert "usage: keller VERB" in expect(keller("--help"), DONE).stdout
+    for verb in ["run", "check", "info", "paths", "plot", "help", "version"]:
+        text = expect(keller("help", verb), DONE).stdout
+        assert f"usage: keller {verb}" in text
+        assert expect(keller(verb, "--help"), DONE).stdout == text
+
+
+def test_wrong_usage_is_told_in_one_line(folder, shared):
+    for arguments, word in [
+        ([], "verb"), (["fly"], "fly"), (["--fly"], "--fly"), (["help", "fly"], "fly"), (["run"], "configuration"),
+        (["run", "a.xml", "b.xml"], "b.xml"), (["run", "--fast", "a.xml"], "--fast"), (["run", "-x", "a.xml"], "-x"),
+        (["run", "a.xml", "-o"], "-o"), (["run", "a.xml", "--force=yes"], "--force"), (["run", "a.xml", "-j", "two"], "two"),
+        (["run", "a.xml", "-j", "-1"], "-1"), (["run", "a.xml", "-D", "NAME"], "NAME=VALUE"),
+        (["run", "a.xml", "-D", "1=2"], "NAME=VALUE"), (["run", "a.xml", "--resume"], "does not resume"),
+        (["run", "a.xml", "-q", "-v"], "exclude"), (["check"], "configuration"), (["check", "--force", "a.xml"], "--force"),
+        (["info"], "file"), (["info", "a", "b"], "b"), (["paths"], "result"), (["paths", "a.h5", "--format", "pdf"], "pdf"),
+        (["paths", "a.h5", "--strongest", "0"], "--strongest"), (["plot", "a.h5"], "-o"),
+        (["plot", "a.h5", "-o", "a.pdf"], "a.pdf"), (["plot", "a.h5", "--what", "noise", "-o", "a.png"], "noise"),
+        (["export", "a.h5"], "not in this version"), (["scene", "stats"], "not in this version"),
+        (["bench"], "not in this version"),
+    ]:
+        expect(keller(*arguments, cwd=folder), USAGE, word, "keller help")
+    assert names(folder) == []
+
+
+def test_missing_files_are_named(folder, shared):
+    for verb in [["run"], ["check"], ["info"], ["paths"], ["plot", "-o", "a.png"]]:
+        expect(keller(*verb, "none.h5", cwd=folder), IO, "none.h5")
+    assert names(folder) == []
+
+
+# ---- run --------------------------------------------------------------------------------------------------------------
+
+
+def test_run_writes_the_result_under_the_default_name(folder, shared):
+    write_inputs(folder)
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    done = expect(keller("run", "../small.xml", cwd=elsewhere), DONE)
+    assert names(elsewhere) == ["small.h5"]
+    for word in ["scene", "paths", "line of sight", "strongest path", "time/s"]:
+        assert word in done.stdout, word
+    assert done.stderr == ""
+
+
+def test_run_quiet_says_nothing_on_standard_error_and_verbose_something(folder, shared):
+    write_inputs(folder)
+    assert keller("run", "small.xml", "-q", "-j1", cwd=folder).stderr == ""
+    assert "simulating" in keller("run", "small.xml", "-v", "--force", cwd=folder).stderr
+
+
+def test_an_existing_result_is_kept_unless_forced(folder, shared):
+    write_inputs(folder)
+    (folder / "small.h5").write_text("mine")
+    expect(keller("run", "small.xml", cwd=folder), IO, "small.h5", "--force")
+    assert (folder / "small.h5").read_text() == "mine"
+    expect(keller("run", "small.xml", "--force", cwd=folder), DONE)
+    assert (folder / "small.h5").read_bytes()[1:4] == b"HDF"
+    assert names(folder) == ["scene.obj", "small.h5", "small.xml", "walk.csv"]
+
+
+def test_places_that_cannot_be_written(folder, shared):
+    write_inputs(folder)
+    before = names(folder)
+    (folder / "closed").mkdir()
+    (folder / "closed").chmod(0o500)
+    targets = ["none/out.h5", "scene.obj/out.h5", "closed", "/proc/out.h5"]
+    if os.geteuid() != 0:
+        targets.append("closed/out.h5")
+    for target in targets:
+        expect(keller("run", "small.xml", "-o", target, cwd=folder), IO, target)
+    expect(keller("run", "small.xml", "--force", "-o", "/dev/full", cwd=folder), IO, "/dev/full", "regular file")
+    (folder / "closed").rmdir()
+    assert names(folder) == before
+
+
+def test_a_full_disk_leaves_nothing_behind(folder, shared):
+    """The limit on the size of files stands for the disk; the program reports the system's reason."""
+    write_inputs(folder)
+    before = names(folder)
+    for limit in [0, 1000, 10000, 30000]:
+        done = keller("run", "small.xml", cwd=folder,
+                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        expect(done, IO, "small.h5", "File too large")
+        assert names(folder) == before
+
+
+def test_standard_output_that_cannot_be_written(folder, shared):
+    result = finished(shared)
+    for arguments in [["--version"], ["info", result], ["paths", result]]:
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([PROGRAM, *map(str, arguments)], stdout=full, stderr=subprocess.PIPE, text=True)
+        expect(done, IO, "standard output")
+
+
+def test_interrupting_deletes_the_temporary_file(folder, shared):
+    write_inputs(folder, step="5 mm")    # more than a million receivers: not done in a second
+    before = names(folder)
+    for number in [signal.SIGINT, signal.SIGTERM]:
+        run = subprocess.Popen([PROGRAM, "run", "small.xml", "-q"], cwd=folder, stdout=subprocess.DEVNULL,
+                               stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 120
+        while names(folder) == before and run.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert any(name.endswith(".part") for name in names(folder)), "no temporary file appeared"
+        asked = time.monotonic()
+        run.send_signal(number)
+        _, error = run.communicate(timeout=60)
+        assert time.monotonic() - asked < 5, "did not stop at once"
+        assert run.returncode == FAILED, run.returncode
+        assert "interrupted" in error and error.count("\n") == 1, error
+        assert names(folder) == before, names(folder)
+
+
+def test_variables_are_put_in_and_missed(folder, shared):
+    write_inputs(folder)
+    text = (folder / "small.xml").read_text().replace('"scene.obj"', '"$NAME.obj"')
+    (folder / "small.xml").write_text(text)
+    expect(keller("check", "small.xml", cwd=folder), BAD_INPUT, "NAME", "small.xml:3")
+    expect(keller("check", "small.xml", "-D", "NAME=scene", cwd=folder), DONE)
+    expect(keller("info", "small.xml", "-DNAME=scene", cwd=folder), DONE)
+
+
+def test_bad_configuration_names_file_and_line(folder, shared):
+    write_inputs(folder)
+    (folder / "small.xml").write_text(CONFIG.replace("STEP", "2"))
+    for verb in ["run", "check", "info"]:
+        expect(keller(verb, "small.xml", cwd=folder), BAD_INPUT, "small.xml:12")
+    assert "small.h5" not in names(folder)
+
+
+def test_check_says_what_would_run_and_writes_nothing(folder, shared):
+    write_inputs(folder)
+    before = names(folder)
+    done = expect(keller("check", "small.xml", cwd=folder), DONE)
+    for word in ["wavelength", "85.655 mm", "nothing was simulated", f"to {RECEIVERS} receivers"]:
+        # c/f = 299792458/3.5e9 m = 85.65499 mm
+        assert word in done.stdout, word
+    assert names(folder) == before
+
+
+# ---- the result ---------------------------------------------------------------------------------------------------------
+
+
+def test_h5py_reads_every_dataset(folder, shared):
+    """SPEC's table of the result file: type, shape and unit of each dataset."""
+    try:
+        import h5py
+        import numpy
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    with h5py.File(finished(shared), "r") as f:
+        assert f.attrs["format"] == "keller" and f.attrs["domain"] == "rf" and f.attrs["format_version"] == 1
+        assert len(f.attrs["config_sha256"]) == 64 and f.attrs["command_line"].startswith("keller run small.xml")
+        assert f.attrs["program_version"] and len(f.attrs["created"]) == len("2000-01-01T00:00:00Z")
+        assert f["config"][()].decode().startswith("<?xml")
+        P, I = len(f["paths/tx"]), len(f["interactions/kind"])
+        V, N, W = (len(f[name]) for name in ["scene/vertices", "scene/triangles", "scene/wedges/n"])
+        M, O = len(f["materials/name"]), len(f["scene/objects"])
+        T, R, F, S = 2, RECEIVERS, 2, 3
+        assert P > T * R and I > 0 and N == 4 and V == 8 and M == 1 and O == 2
+        expected = {
+            "frequencies": ("f8", (F,), "Hz"),
+            "transmitters/id": (str, (T,), None), "transmitters/position": ("f8", (T, 3), "m"),
+            "transmitters/orientation": ("f8", (T, 3), "rad"), "transmitters/velocity": ("f8", (T, 3), "m/s"),
+            "transmitters/power": ("f8", (T,), "W"),
+            "receivers/id": (str, (R,), None), "receivers/position": ("f8", (R, 3), "m"),
+            "receivers/orientation": ("f8", (R, 3), "rad"), "receivers/velocity": ("f8", (R, 3), "m/s"),
+            "receivers/set": ("u4", (R,), None), "receivers/index": ("u4", (R,), None),
+            "sets/id": (str, (S,), None), "sets/kind": (["point", "route", "grid"], (S,), None),
+            "sets/shape": ("u4", (S, 2), None),
+            "materials/name": (str, (M,), None), "materials/permittivity": ("f8", (M, F), "1"),
+            "materials/conductivity": ("f8", (M, F), "S/m"), "materials/thickness": ("f8", (M,), "m"),
+            "materials/conductor": ("?", (M,), None),
+            "scene/vertices": ("f8", (V, 3), "m"), "scene/triangles": ("u4", (N, 3), None),
+            "scene/face": ("u4", (N,), None), "scene/material": ("u2", (N,), None), "scene/object": ("u2", (N,), None),
+            "scene/source": ("u4", (N,), None), "scene/objects": (str, (O,), None),
+            "scene/wedges/vertices": ("u4", (W, 2), None), "scene/wedges/faces": ("u4", (W, 2), None),
+            "scene/wedges/n": ("f8", (W,), "1"),
+            "paths/tx": ("u4", (P,), None), "paths/rx": ("u4", (P,), None), "paths/offset": ("u8", (P + 1,), None),
+            "paths/length": ("f8", (P,), "m"), "paths/delay": ("f8", (P,), "s"),
+            "paths/departure": ("f8", (P, 2), "rad"), "paths/arrival": ("f8", (P, 2), "rad"),
+            "paths/doppler": ("f8", (P, F), "Hz"), "paths/gain": ("c16", (P, F), "1"),
+            "paths/transfer": ("c16", (P, F, 2, 2), "1"),
+            "interactions/kind": (["reflection", "diffraction", "transmission", "scattering"], (I,), None),
+            "interactions/position": ("f8", (I, 3), "m"), "interactions/triangle": ("u4", (I,), None),
+            "interactions/wedge": ("u4", (I,), None),
+            "coverage/map/path_gain": ("f8", (T, F, NY, NX), "1"), "coverage/map/delay_spread": ("f8", (T, NY, NX), "s"),
+            "coverage/map/strongest_delay": ("f8", (T, NY, NX), "s"), "coverage/map/x": ("f8", (NX,), "m"),
+            "coverage/map/y": ("f8", (NY,), "m"),
+        }
+        for name, (kind, shape, unit) in expected.items():
+            data = f[name]
+            assert data.shape == shape, (name, data.shape, shape)
+            assert data.attrs.get("units") == unit, (name, data.attrs.get("units"))
+            if kind is str:
+                assert h5py.check_string_dtype(data.dtype) == ("utf-8", None), name
+            elif isinstance(kind, list):
+                assert data.dtype == "u1" and h5py.check_enum_dtype(data.dtype) == dict(zip(kind, range(9))), name
+            else:
+                assert data.dtype == kind, (name, data.dtype)
+            if name.startswith(("paths/", "interactions/")):
+                assert data.chunks and data.compression == "gzip", name
+            data[()]
+        for name in ["time_configuration", "time_read", "time_scene", "time_accelerator", "time_simulation", "time_total"]:
+            assert f["statistics"][name].shape == () and f["statistics"][name].attrs["units"] == "s", name
+        for name in ["cones_traced", "nodes_visited", "triangles_visited", "candidates", "valid_paths", "threads"]:
+            assert f["statistics"][name].attrs["units"] == "1", name
+        assert f["statistics/peak_memory"].attrs["units"] == "B" and f["statistics/peak_memory"][()] > 1e6
+        assert f["statistics/accelerator"][()].decode()
+        # what the numbers mean: 30 dBm is 1 W; rx1 is 5.123 m from tx1 on the line of sight
+        assert list(f["receivers/id"].asstr()) == ["rx1"] + [f"walk[{i}]" for i in range(3)] + [f"map[{i}]" for i in range(15)]
+        assert f["transmitters/power"][0] == 1 and list(f["coverage/map/x"]) == [-4, -2, 0, 2, 4]
+        first = (f["paths/tx"][()] == 0) & (f["paths/rx"][()] == 0)
+        length = numpy.sqrt(5 ** 2 + 1 ** 2 + 0.5 ** 2)
+        assert abs(f["paths/length"][first].min() - length) < 1e-12 * length
+        assert abs(f["paths/delay"][first].min() - length / 299792458) < 1e-12 * length / 299792458
+        offset = f["paths/offset"][()]
+        assert offset[0] == 0 and offset[-1] == I and (numpy.diff(offset.astype("i8")) >= 0).all()
+        kind, triangle, wedge = (f["interactions"][name][()] for name in ["kind", "triangle", "wedge"])
+        assert ((kind == 1) == (triangle == 0xffffffff)).all() and ((kind == 1) == (wedge != 0xffffffff)).all()
+
+
+def test_the_example_script_reads_the_result(folder, shared):
+    script = SOURCE / "examples" / "read_paths.py"
+    result = finished(shared)
+    try:
+        import h5py  # noqa: F401
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    done = subprocess.run([sys.executable, script, result], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "tx1" in done.stdout and "rx1" in done.stdout
+
+
+def test_results_are_the_same_bytes_but_for_the_times(folder, shared):
+    """SOURCE_DATE_EPOCH fixes `created`; two runs then differ in the statistics alone."""
+    write_inputs(folder)
+    sizes = []
+    for name in ["a.h5", "b.h5"]:
+        expect(keller("run", "small.xml", "-q", "-o", name, cwd=folder, env={**os.environ, "SOURCE_DATE_EPOCH": "86400"}), DONE)
+        sizes.append((folder / name).stat().st_size)
+        assert "1970-01-02T00:00:00Z" in expect(keller("info", name, cwd=folder), DONE).stdout
+    assert sizes[0] == sizes[1]
+
+
+# ---- reading verbs -----------------------------------------------------------------------------------------------------
+
+
+def test_info_tells_what_a_file_is(folder, shared):
+    result = finished(shared)
+    text = expect(keller("info", result), DONE).stdout
+    for word in ["tx1, tx2", "map: grid, 5 x 3", "walk: route", "time_total", "3.5 GHz, 28 GHz"]:
+        assert word in text, word
+    assert "wavelength" in expect(keller("info", shared / "small.xml"), DONE).stdout
+    text = expect(keller("info", shared / "scene.obj"), DONE).stdout
+    assert "4 triangles" in text and "2 objects" in text
+    (folder / "odd.xml").write_text("<!-- <scene> --><?pi?><nothing/>")
+    expect(keller("info", "odd.xml", cwd=folder), BAD_INPUT, "odd.xml")
+    expect(keller("info", ".", cwd=folder), IO, ".")
+
+
+def test_paths_as_table_csv_and_json_agree(folder, shared):
+    result = finished(shared)
+    table = expect(keller("paths", result), DONE).stdout.splitlines()
+    rows = list(csv.DictReader(expect(keller("paths", result, "--format", "csv"), DONE).stdout.splitlines()))
+    data = json.loads(expect(keller("paths", result, "--format", "json"), DONE).stdout)
+    assert data["frequencies_Hz"] == [3.5e9, 28e9]
+    assert len(table) - 1 == len(rows) == len(data["paths"]) > RECEIVERS
+    for row, path in zip(rows, data["paths"]):
+        assert row["tx"] == path["tx"] and row["rx"] == path["rx"] and row["sequence"] == path["sequence"]
+        assert float(row["length_m"]) == path["length_m"]
+        assert abs(float(row["gain_dB_28000000000Hz"]) - path["gain_dB"][1]) < 1e-6
+        assert abs(float(row["arrival_azimuth_deg"]) - path["arrival_azimuth_deg"]) < 1e-6
+        if path["sequence"] != "LOS":
+            assert all(part[0] in "RD" and part[1:].isdigit() for part in path["sequence"].split())
+    los = next(path for path in data["paths"] if path["sequence"] == "LOS" and path["rx"] == "rx1")
+    # isotropic, polarisation-matched line of sight over (5, 1, 0.5) m: |gain| = lambda/(4 pi r)
+    expected = 20 * math.log10(299792458 / 3.5e9 / (4 * math.pi * math.hypot(5, 1, 0.5)))
+    assert abs(los["gain_dB"][0] - expected) < 1e-6
+
+
+def test_paths_are_selected(folder, shared):
+    result = finished(shared)
+
+    def listed(*arguments):
+        return json.loads(expect(keller("paths", result, "--format=json", *arguments), DONE).stdout)["paths"]
+
+    every = listed()
+    assert listed("--tx", "tx2") == [path for path in every if path["tx"] == "tx2"] != []
+    assert listed("--rx", "walk[1]") == [path for path in every if path["rx"] == "walk[1]"] != []
+    assert listed("--rx", "walk") == [path for path in every if path["rx"].startswith("walk[")] != []
+    for count in [1, 2, 1000]:
+        strongest = listed("--strongest", count)
+        pairs = {}
+        for path in every:
+            pairs.setdefault((path["tx"], path["rx"]), []).append(path)
+        expected = [path for pair in pairs.values()
+                    for path in sorted(pair, key=lambda p: -p["gain_dB"][0] if p["gain_dB"][0] is not None else 1e9)[:count]]
+        assert [p["gain_dB"][0] for p in strongest] == [p["gain_dB"][0] for p in expected]
+    expect(keller("paths", result, "--tx", "nobody"), USAGE, "nobody", "tx1, tx2")
+    expect(keller("paths", result, "--rx", "walk[3]"), USAGE, "walk[3]")
+
+
+def test_damaged_results_are_bad_input(folder, shared):
+    good = finished(shared).read_bytes()
+    bad = folder / "bad.h5"
+    for name, content in [("empty", b""), ("text", b"hello"), ("half", good[:len(good) // 2]), ("head", good[:200]),
+                          ("signature", good[:8] + b"\xff" * 500)]:
+        bad.write_bytes(content)
+        for verb in [["info"], ["paths"], ["plot", "-o", "bad.png"]]:
+            done = keller(*verb, "bad.h5", cwd=folder)
+            assert done.returncode == BAD_INPUT and "bad.h5" in done.stderr, (name, verb, done.returncode, done.stderr)
+    # A byte here and there: an answer or an error, in bounded time, never a crash.
+    for step in range(40):
+        at = 8 + step * (len(good) - 9) // 40
+        bad.write_bytes(good[:at] + bytes([good[at] ^ 0xff]) + good[at + 1:])
+        done = keller("paths", "bad.h5", cwd=folder)
+        assert done.returncode in (DONE, BAD_INPUT), (at, done.returncode, done.stderr)
+    assert names(folder) == ["bad.h5"]
+
+
+# ---- plot ---------------------------------------------------------------------------------------------------------------
+
+
+def need_gnuplot():
+    if not shutil.which("gnuplot"):
+        raise Skip("gnuplot is not installed")
+
+
+def png_size(path):
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n" and data[12:16] == b"IHDR" and data[-8:-4] == b"IEND", "not a complete PNG"
+    return struct.unpack(">II", data[16:24])
+
+
+def test_plots_are_png_and_svg(folder, shared):
+    need_gnuplot()
+    result = finished(shared)
+    for what, more in [("coverage", []), ("coverage", ["--tx", "tx2", "--frequency", "2", "--grid", "map"]), ("delay", []),
+                       ("paths", ["--rx", "walk"])]:
+        expect(keller("plot", result, "--what", what, *more, "-o", "a.png", "--force", cwd=folder), DONE)
+        width, height = png_size(folder / "a.png")
+        assert 400 < width < 2000 and 200 < height < 2000 and (folder / "a.png").stat().st_size > 4000
+    # The grid shows 10 m by 6 m: in true aspect ratio wider than high, margins included.
+    expect(keller("plot", result, "-o", "b.png", cwd=folder), DONE)
+    width, height = png_size(folder / "b.png")
+    assert width > height
+    expect(keller("plot", result, "-o", "b.svg", cwd=folder), DONE)
+    root = ElementTree.parse(folder / "b.svg").getroot()
+    text = " ".join("".join(element.itertext()) for element in root.iter() if element.tag.endswith("text"))
+    for word in ["x / m", "y / m", "path gain / dB", "tx1", "3.5 GHz"]:
+        assert word in text, (word, text)
+    assert names(folder) == ["a.png", "b.png", "b.svg"]
+
+
+def test_plot_errors(folder, shared):
+    need_gnuplot()
+    result = finished(shared)
+    (folder / "mine.png").write_text("mine")
+    expect(keller("plot", result, "-o", "mine.png", cwd=folder), IO, "mine.png", "--force")
+    assert (folder / "mine.png").read_text() == "mine"
+    expect(keller("plot", result, "-o", "none/a.png", cwd=folder), IO, "none/a.png")
+    expect(keller("plot", result, "--tx", "nobody", "-o", "a.png", cwd=folder), USAGE, "nobody")
+    expect(keller("plot", result, "--grid", "walk", "-o", "a.png", cwd=folder), USAGE, "walk")
+    expect(keller("plot", result, "--frequency", "3", "-o", "a.png", cwd=folder), USAGE, "--frequency")
+    done = keller("plot", result, "-o", "a.png", cwd=folder, env={**os.environ, "PATH": str(folder)})
+    expect(done, FAILED, "gnuplot", "a.png", "install")
+    (folder / "gnuplot").write_text("#!/bin/sh\necho 'line 1: no colours today' >&2\nexit 1\n")
+    (folder / "gnuplot").chmod(0o700)
+    done = keller("plot", result, "-o", "a.png", cwd=folder, env={**os.environ, "PATH": str(folder)})
+    expect(done, FAILED, "no colours today")
+    assert names(folder) == ["gnuplot", "mine.png"]
+
+
+def main():
+    cases = [(name[5:].replace("_", " "), case) for name, case in globals().items() if name.startswith("test_")]
+    chosen = [(name, case) for name, case in cases if all(word in name for word in sys.argv[1:])]
+    print(f"1..{len(chosen)}", flush=True)
+    failed = 0
+    with tempfile.TemporaryDirectory() as shared:
+        for number, (name, case) in enumerate(chosen, 1):
+            try:
+                with tempfile.TemporaryDirectory() as folder:
+                    case(pathlib.Path(folder), pathlib.Path(shared))
+                print(f"ok {number} - {name}", flush=True)
+            except Skip as reason:
+                print(f"ok {number} - {name} # SKIP {reason}", flush=True)
+            except Exception as problem:  # a case that cannot go on has failed, whatever the reason
+                failed += 1
+                print(f"not ok {number} - {name}", flush=True)
+                for line in f"{type(problem).__name__} at line {problem.__traceback__.tb_next.tb_lineno}: {problem}".splitlines():
+                    print(f"# {line}", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

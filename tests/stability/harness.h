@@ -1,0 +1,73 @@
+/* harness.h -- runs the program's own way from a scene to paths, without files: a configuration built in memory, a sink
+ * that keeps every path. Failures abort the test with the library's message. */
+#ifndef TEST_HARNESS_H
+#define TEST_HARNESS_H
+#include "keller/path.h"
+#include "keller/scene.h"
+#include <complex.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define HARNESS_FREQUENCIES 2
+
+/* What to simulate; a Run is filled by run_new and then changed. */
+typedef struct {
+    size_t tx_count, rx_count;
+    const KellerVec3 *tx, *rx; /* borrowed */
+    double grid_step;          /* > 0: the receivers are one grid of one row, rx[i] = rx[0] + (i step, 0, 0) */
+    size_t frequency_count;
+    double frequency[HARNESS_FREQUENCIES]; /* Hz */
+    KellerAntenna antenna;                 /* at both ends, not turned */
+    uint32_t reflections, diffractions, interactions;
+    double cone; /* rad */
+    uint32_t threads;
+} Run;
+
+typedef struct {
+    uint32_t tx, rx, count;
+    KellerStep step[KELLER_MAX_INTERACTIONS];
+    KellerVec3 position[KELLER_MAX_INTERACTIONS];
+    uint32_t triangle[KELLER_MAX_INTERACTIONS];
+    double length, delay, departure[2], arrival[2];
+    double complex gain[HARNESS_FREQUENCIES], transfer[HARNESS_FREQUENCIES][4];
+} Found;
+
+typedef struct {
+    size_t count, capacity;
+    Found *path; /* in the order they came */
+    size_t coverage_count;
+    double coverage[8]; /* path gain of the first grid points at the first frequency */
+} FoundPaths;
+
+/* One transmitter, receivers as points, 3.5 GHz, isotropic V, cone 2 degrees, one thread; nothing is dropped. */
+Run run_new(const KellerVec3 *tx, size_t rx_count, const KellerVec3 *rx, uint32_t reflections, uint32_t diffractions,
+            uint32_t interactions);
+FoundPaths run_simulation(const KellerScene *scene, const Run *run);
+void found_free(FoundPaths *found);
+
+/* The scene of a soup. */
+KellerScene scene_of(const KellerSoup *soup);
+
+/* The sum of the gains at a receiver. */
+double complex found_total(const FoundPaths *found, uint32_t rx, size_t frequency);
+size_t found_count(const FoundPaths *found, uint32_t rx);
+
+/* One path on one line of text, for messages. */
+const char *path_text(uint32_t count, const KellerStep *steps, char *text, size_t size);
+
+/* Where and how two path sets of one receiver (paths matched by kinds and positions, nearer than `tolerance`)
+ * differ. */
+typedef struct {
+    size_t matched, only_a, only_b;
+    double gain_error; /* largest |gain difference| over the larger Frobenius norm of the transfers */
+} PathDifference;
+
+typedef KellerVec3 (*PointMap)(KellerVec3 p); /* takes positions of a to those of b; NULL: the same */
+
+PathDifference paths_compare(const FoundPaths *a, uint32_t rx_a, const FoundPaths *b, uint32_t rx_b, double tolerance,
+                             bool reversed, PointMap map, bool verbose);
+
+/* Paths of a receiver that are there twice: same kinds and, nearer than `tolerance`, same positions. */
+size_t paths_doubled(const FoundPaths *found, uint32_t rx, double tolerance);
+#endif

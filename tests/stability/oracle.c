@@ -1,0 +1,326 @@
+#include "oracle.h"
+#include "oracle_sequence.h"
+#include <assert.h>
+#include <math.h>
+
+/* ---- verdicts --------------------------------------------------------------------------------------------------- */
+
+/* Adds a decision; true while it is worth going on. */
+static bool decide(Verdict *v, bool holds, Real margin)
+{
+    if (holds) {
+        v->least = fminl(v->least, margin);
+        return true;
+    }
+    v->valid = false;
+    v->failed = fmaxl(v->failed, margin);
+    return margin < ORACLE_TOLERANCE;
+}
+
+/* ---- distances -------------------------------------------------------------------------------------------------- */
+
+static Real distance_to_segment(Point p, Point a, Point b)
+{
+    Point d = minus(b, a);
+    Real t = dot(minus(p, a), d) / dot(d, d);
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    return apart(p, plus(a, d, t));
+}
+
+static Real between_segments(Point a, Point b, Point c, Point d)
+{
+    /* Both distances to the other segment's ends, and the inner minimum of the lines where it is inside of both. */
+    Real least = fminl(fminl(distance_to_segment(a, c, d), distance_to_segment(b, c, d)),
+                       fminl(distance_to_segment(c, a, b), distance_to_segment(d, a, b)));
+    Point u = minus(b, a), v = minus(d, c), w = minus(a, c);
+    Real uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), uw = dot(u, w), vw = dot(v, w), det = uu * vv - uv * uv;
+    if (det > 1e-30L * uu * vv) {
+        Real s = (uv * vw - vv * uw) / det, t = (uu * vw - uv * uw) / det;
+        if (s >= 0 && s <= 1 && t >= 0 && t <= 1) least = fminl(least, apart(plus(a, u, s), plus(c, v, t)));
+    }
+    return least;
+}
+
+typedef struct {
+    Point corner[3], normal;
+    bool flat; /* of no area: meets nothing */
+} Triangle;
+
+static Triangle triangle_of(const KellerScene *scene, uint32_t index)
+{
+    Triangle t;
+    for (int i = 0; i < 3; i++) t.corner[i] = wide(scene->vertices[scene->triangles[index][i]]);
+    Point n = cross(minus(t.corner[1], t.corner[0]), minus(t.corner[2], t.corner[0]));
+    Real area = norm(n);
+    t.flat = !(area > 0);
+    t.normal = t.flat ? n : plus((Point){0, 0, 0}, n, 1 / area);
+    return t;
+}
+
+/* The smallest signed distance of p (in the plane) to the lines of the three sides: positive inside. */
+static Real inside_by(const Triangle *t, Point p)
+{
+    Real least = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        Point side = minus(t->corner[(i + 1) % 3], t->corner[i]);
+        Real d = dot(cross(t->normal, side), minus(p, t->corner[i])) / norm(side);
+        least = fminl(least, d);
+    }
+    return least;
+}
+
+/* In-plane distances are good to about 1e-16; a point this far out of a triangle is still inside, so that a point on a
+ * side that two triangles of a face share is in the face whatever the rounding. */
+#define ON_SIDE 1e-12L
+
+/* Is p, in the plane of the face, inside of it? And how far from the face's border? */
+static bool inside_face(const KellerScene *scene, uint32_t face, Point p, Real *margin)
+{
+    const KellerFace *f = &scene->faces[face];
+    bool inside = false;
+    *margin = INFINITY;
+    for (uint32_t i = f->triangle_begin; i < f->triangle_end; i++) {
+        uint32_t index = scene->face_triangles[i];
+        Triangle t = triangle_of(scene, index);
+        if (t.flat) continue;
+        inside = inside || inside_by(&t, p) >= -ON_SIDE;
+        for (int k = 0; k < 3; k++)
+            if (scene->triangle_border[index] >> k & 1)
+                *margin = fminl(*margin, distance_to_segment(p, t.corner[k], t.corner[(k + 1) % 3]));
+    }
+    return inside;
+}
+
+/* ---- visibility ------------------------------------------------------------------------------------------------- */
+
+/* The leg from a to b comes nearer to the triangle's plane than the tolerance at one of its ends, or crosses it. */
+static bool blocks(const KellerScene *scene, uint32_t index, Point a, Point b, Real *margin)
+{
+    Triangle t = triangle_of(scene, index);
+    *margin = INFINITY;
+    if (t.flat) return false;
+    Real da = dot(t.normal, minus(a, t.corner[0])), db = dot(t.normal, minus(b, t.corner[0]));
+    Real side = fminl(fabsl(da), fabsl(db));
+    bool crosses = (da > 0 && db < 0) || (da < 0 && db > 0);
+    if (!crosses && side >= ORACLE_TOLERANCE) return false;
+    if (crosses && side >= ORACLE_TOLERANCE) {
+        Point p = plus(a, minus(b, a), da / (da - db));
+        Real in = inside_by(&t, p);
+        if (in <= -ORACLE_TOLERANCE) {
+            *margin = -in;
+            return false;
+        }
+        Real border;
+        bool face = inside_face(scene, scene->triangle_face[index], p, &border);
+        *margin = border;
+        return face;
+    }
+    /* An end is almost in the plane: what counts is how far the leg is from the triangle. */
+    Real nearest = INFINITY;
+    for (int k = 0; k < 3; k++) nearest = fminl(nearest, between_segments(a, b, t.corner[k], t.corner[(k + 1) % 3]));
+    Point feet[2] = {plus(a, t.normal, -da), plus(b, t.normal, -db)};
+    if (inside_by(&t, feet[0]) >= 0) nearest = fminl(nearest, fabsl(da));
+    if (inside_by(&t, feet[1]) >= 0) nearest = fminl(nearest, fabsl(db));
+    *margin = nearest;
+    return crosses && nearest < ORACLE_TOLERANCE && inside_by(&t, plus(a, minus(b, a), da / (da - db))) > 0;
+}
+
+/* The decision that the leg a-b is free, over all triangles outside of the planes. */
+static bool decide_free(const KellerScene *scene, Point a, Point b, size_t plane_count, const uint32_t *planes,
+                        Verdict *v)
+{
+    for (uint32_t i = 0; i < scene->triangle_count; i++) {
+        uint32_t plane = scene->faces[scene->triangle_face[i]].plane;
+        bool skip = false;
+        for (size_t k = 0; k < plane_count; k++) skip = skip || planes[k] == plane;
+        Real margin;
+        if (!skip) {
+            bool blocked = blocks(scene, i, a, b, &margin);
+            if (!decide(v, !blocked, margin)) return false;
+        }
+    }
+    return true;
+}
+
+bool oracle_blocked(const KellerScene *scene, KellerVec3 a, KellerVec3 b, size_t plane_count, const uint32_t *planes,
+                    double *margin)
+{
+    Verdict v = {true, INFINITY, 0};
+    decide_free(scene, wide(a), wide(b), plane_count, planes, &v);
+    *margin = verdict_margin(&v);
+    return !v.valid;
+}
+
+/* ---- one sequence ----------------------------------------------------------------------------------------------- */
+
+/* The position along the edge that makes |a - q| + |q - b| shortest: safeguarded Newton on the derivative, which grows
+ * with t; its zero lies between the feet of a and b. */
+static Real shortest(const KellerWedge *w, Point a, Point b)
+{
+    Point origin = wide(w->origin), direction = wide(w->direction);
+    Real za = dot(minus(a, origin), direction), zb = dot(minus(b, origin), direction);
+    Real low = fminl(za, zb), high = fmaxl(za, zb), t = (low + high) / 2;
+    for (int i = 0; i < 200; i++) {
+        Point q = plus(origin, direction, t);
+        Real ra = apart(a, q), rb = apart(b, q);
+        if (!(ra > 0) || !(rb > 0)) break;
+        Real slope = (t - za) / ra + (t - zb) / rb;
+        if (slope > 0)
+            high = t;
+        else
+            low = t;
+        Real ua = (t - za) / ra, ub = (t - zb) / rb;
+        Real curvature = (1 - ua * ua) / ra + (1 - ub * ub) / rb, next = t - slope / curvature;
+        if (!(next > low && next < high)) next = (low + high) / 2;
+        if (fabsl(next - t) <= 1e-18L * (1 + fabsl(t))) return next;
+        t = next;
+    }
+    return t;
+}
+
+/* Walks back from `target` through `count` faces to the source of the images: image[i] is the source mirrored in
+ * faces 0 to i - 1. Fills point[0..count-1]. */
+static bool walk_back(const KellerScene *scene, size_t count, const uint32_t *faces, const Point *images, Point target,
+                      Point *point, Verdict *v)
+{
+    for (size_t i = count; i-- > 0;) {
+        Real hi = height(scene, faces[i], images[i + 1]), ht = height(scene, faces[i], target);
+        bool opposite = (hi > 0 && ht < 0) || (hi < 0 && ht > 0);
+        if (!decide(v, opposite, fminl(fabsl(hi), fabsl(ht))) || hi == ht) return false;
+        point[i] = target = plus(images[i + 1], minus(target, images[i + 1]), hi / (hi - ht));
+    }
+    return true;
+}
+
+/* Reflection at p: in the face, and in no face of the same plane with a lower id. */
+static bool decide_face(const KellerScene *scene, uint32_t face, Point p, Verdict *v)
+{
+    Real margin;
+    bool in = inside_face(scene, face, p, &margin);
+    if (!decide(v, in, margin)) return false;
+    for (uint32_t other = 0; other < face; other++) {
+        if (scene->faces[other].plane != scene->faces[face].plane) continue;
+        in = inside_face(scene, other, p, &margin);
+        if (!decide(v, !in, margin)) return false;
+    }
+    return true;
+}
+
+/* The neighbour x of the point q on the edge is within the wedge's sector. */
+static bool decide_sector(const KellerWedge *w, Point q, Point x, Verdict *v)
+{
+    if (w->n >= 2) return true; /* the whole turn */
+    const Real pi = 3.14159265358979323846264338327950288L;
+    Point d = minus(x, q);
+    Real across = dot(d, wide(w->normal0)), along = dot(d, wide(w->tangent0)), rho = hypotl(across, along);
+    Real phi = atan2l(across, along), open = w->n * pi;
+    if (phi < 0) phi += 2 * pi;
+    bool in = phi <= open;
+    Real angle = fminl(fminl(phi, 2 * pi - phi), fabsl(phi - open));
+    return decide(v, in, rho * sinl(fminl(angle, pi / 2)));
+}
+
+Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, OraclePath *path)
+{
+    Verdict v = {true, INFINITY, 0};
+    Point point[ORACLE_MAX_STEPS + 2], back[ORACLE_MAX_STEPS];
+    size_t before = s->before, after = s->after, count = before + after + (s->wedge != KELLER_NONE);
+    Point start = s->image_before[0], end = s->image_after[0];
+    Real t = 0;
+    if (s->wedge != KELLER_NONE) {
+        const KellerWedge *w = &scene->wedges[s->wedge];
+        t = shortest(w, s->image_before[before], s->image_after[after]);
+        if (!decide(&v, t > 0 && t < w->length, fminl(fabsl(t), fabsl(w->length - t)))) return v;
+        Point q = plus(wide(w->origin), wide(w->direction), t);
+        if (!walk_back(scene, before, s->face_before, s->image_before, q, point + 1, &v) ||
+            !walk_back(scene, after, s->face_after, s->image_after, q, back, &v))
+            return v;
+        point[before + 1] = q;
+        for (size_t i = 0; i < after; i++) point[count - i] = back[i];
+    } else if (!walk_back(scene, before, s->face_before, s->image_before, end, point + 1, &v)) {
+        return v;
+    }
+    point[0] = start;
+    point[count + 1] = end;
+    for (size_t i = 0; i < before; i++)
+        if (!decide_face(scene, s->face_before[i], point[1 + i], &v)) return v;
+    for (size_t i = 0; i < after; i++)
+        if (!decide_face(scene, s->face_after[i], back[i], &v)) return v;
+    if (s->wedge != KELLER_NONE) {
+        const KellerWedge *w = &scene->wedges[s->wedge];
+        if (!decide_sector(w, point[before + 1], point[before], &v) ||
+            !decide_sector(w, point[before + 1], point[before + 2], &v))
+            return v;
+    }
+    path->count = (uint32_t)count;
+    Real length = 0;
+    for (size_t i = 0; i < count; i++) {
+        bool edge = s->wedge != KELLER_NONE && i == before;
+        path->step[i].kind = edge ? KELLER_DIFFRACTION : KELLER_REFLECTION;
+        path->step[i].id = edge ? s->wedge : i < before ? s->face_before[i] : s->face_after[count - 1 - i];
+        path->position[i] = narrow(point[i + 1]);
+    }
+    for (size_t i = 0; i <= count; i++) {
+        uint32_t planes[64];
+        size_t plane_count = 0;
+        for (size_t k = i ? i - 1 : 0; k <= i && k < count; k++) {
+            KellerStep step = path->step[k];
+            if (step.kind == KELLER_REFLECTION) {
+                planes[plane_count++] = scene->faces[step.id].plane;
+                continue;
+            }
+            const KellerWedge *w = &scene->wedges[step.id];
+            for (uint32_t p = w->plane_begin; p < w->plane_end; p++) {
+                assert(plane_count < 62);
+                planes[plane_count++] = scene->wedge_planes[p];
+            }
+        }
+        if (!decide_free(scene, point[i], point[i + 1], plane_count, planes, &v)) return v;
+        length += apart(point[i], point[i + 1]);
+    }
+    path->length = (double)length;
+    return v;
+}
+
+static bool follows_rules(const KellerScene *scene, uint32_t count, const KellerStep *steps)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        KellerStep a = steps[i - 1], b = steps[i];
+        bool fa = a.kind == KELLER_REFLECTION, fb = b.kind == KELLER_REFLECTION;
+        if (fa && fb && scene->faces[a.id].plane == scene->faces[b.id].plane) return false;
+        if (fa && !fb && wedge_has_plane(scene, b.id, scene->faces[a.id].plane)) return false;
+        if (!fa && fb && wedge_has_plane(scene, a.id, scene->faces[b.id].plane)) return false;
+        if (!fa && !fb) return false;
+    }
+    return true;
+}
+
+bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t count, const KellerStep *steps,
+                  OraclePath *path)
+{
+    *path = (OraclePath){0};
+    assert(count <= ORACLE_MAX_STEPS);
+    if (!follows_rules(scene, count, steps)) return false;
+    Sequence s = {.wedge = KELLER_NONE};
+    s.image_before[0] = wide(tx);
+    s.image_after[0] = wide(rx);
+    uint32_t i = 0;
+    for (; i < count && steps[i].kind == KELLER_REFLECTION; i++) {
+        s.face_before[s.before] = steps[i].id;
+        s.image_before[s.before + 1] = image(scene, steps[i].id, s.image_before[s.before]);
+        s.before++;
+    }
+    if (i < count) {
+        s.wedge = steps[i].id;
+        for (uint32_t k = count; k-- > i + 1;) {
+            assert(steps[k].kind == KELLER_REFLECTION);
+            s.face_after[s.after] = steps[k].id;
+            s.image_after[s.after + 1] = image(scene, steps[k].id, s.image_after[s.after]);
+            s.after++;
+        }
+    }
+    Verdict v = oracle_solve_sequence(scene, &s, path);
+    path->valid = v.valid;
+    path->margin = verdict_margin(&v);
+    return true;
+}

@@ -1,0 +1,312 @@
+/* The program's path sets against the oracle's: on cases solved by hand, then on random scenes. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "harness.h"
+#include "oracle.h"
+#include "scenes.h"
+
+/* ---- the oracle itself ------------------------------------------------------------------------------------------ */
+
+static const OraclePath *path_with(const OracleResult *result, uint32_t count, KellerInteractionKind first)
+{
+    for (size_t i = 0; i < result->count; i++)
+        if (result->path[i].valid && result->path[i].count == count &&
+            (!count || result->path[i].step[0].kind == first))
+            return &result->path[i];
+    return NULL;
+}
+
+/* A wall in the plane x = 0, 20 m wide and high; both stations at height 10. From (3, 0) to (5, 6): direct 2 and 6
+ * apart, sqrt(40); mirrored in x = 0, 8 and 6 apart: 10, at y = 6 * 3/8 = 2.25. */
+static void oracle_wall(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "wall");
+    soup_quad(&soup, v3(0, -10, 0), v3(0, 10, 0), v3(0, 10, 20), v3(0, -10, 20), CONCRETE);
+    KellerScene scene = scene_of(&soup);
+    OracleResult r = oracle_enumerate(&scene, v3(3, 0, 10), v3(5, 6, 10), 3, 0, 3);
+    assert_int_equal(r.count, 2);
+    assert_true(fabs(path_with(&r, 0, KELLER_REFLECTION)->length - sqrt(40)) < 1e-14);
+    const OraclePath *p = path_with(&r, 1, KELLER_REFLECTION);
+    assert_true(fabs(p->length - 10) < 1e-14);
+    assert_true(v3_distance(p->position[0], v3(0, 2.25, 10)) < 1e-14);
+    /* The nearest decision to flip: the end of the direct path is 3 m from the wall's plane, but 1 - 2.25/10 of the
+     * wall is left and right of the reflection: 7.75 m; the stations are 3 and 5 m from the plane. */
+    assert_true(fabs(p->margin - 3) < 1e-12);
+    oracle_free(&r);
+    /* Each of the four rims gives a path over the shortest way: by symmetry at z = 10 for the upright rims. The
+     * sides of the receiver make no difference to a rim (n = 2). */
+    r = oracle_enumerate(&scene, v3(3, 0, 10), v3(5, 6, 10), 0, 1, 1);
+    assert_int_equal(r.count, 5);
+    size_t upright = 0;
+    for (size_t i = 0; i < r.count; i++) {
+        const OraclePath *d = &r.path[i];
+        if (d->count == 0 || fabs(fabs(d->position[0].y) - 10) > 1e-12) continue;
+        upright++;
+        double y = d->position[0].y;
+        assert_true(fabs(d->position[0].z - 10) < 1e-12);
+        assert_true(fabs(d->length - hypot(3, y) - hypot(5, y - 6)) < 1e-12);
+    }
+    assert_int_equal(upright, 2);
+    oracle_free(&r);
+    /* Behind the wall nothing arrives but by the rims. */
+    r = oracle_enumerate(&scene, v3(3, 0, 10), v3(-5, 6, 10), 3, 1, 1);
+    assert_int_equal(r.count, 4);
+    assert_null(path_with(&r, 0, KELLER_REFLECTION));
+    assert_null(path_with(&r, 1, KELLER_REFLECTION));
+    oracle_free(&r);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
+/* An inside corner of two walls, x = 0 and y = 0, from 0 to 20. From (2, 3) to (6, 4): the images are (-2, 3), (2,
+ * -3) and, once, (-2, -3): lengths sqrt(64+1), sqrt(16+49), sqrt(64+49). The double bounce: the line from (-2, -3)
+ * to (6, 4) meets x = 0 at y = -3 + 7*2/8 = -1.25 < 0, so the wall y = 0 comes last and x = 0 first. */
+static void oracle_corner(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "corner");
+    soup_quad(&soup, v3(0, 0, 0), v3(0, 20, 0), v3(0, 20, 20), v3(0, 0, 20), CONCRETE);
+    soup_quad(&soup, v3(0, 0, 0), v3(20, 0, 0), v3(20, 0, 20), v3(0, 0, 20), CONCRETE);
+    KellerScene scene = scene_of(&soup);
+    OracleResult r = oracle_enumerate(&scene, v3(2, 3, 10), v3(6, 4, 10), 4, 0, 4);
+    assert_int_equal(r.count, 4);
+    const OraclePath *p = path_with(&r, 2, KELLER_REFLECTION);
+    assert_non_null(p);
+    assert_true(fabs(p->length - sqrt(113)) < 1e-13);
+    assert_true(fabs(p->position[0].x) < 1e-13 && fabs(p->position[0].y - 1.25) < 1e-13);
+    double sum = 0;
+    for (size_t i = 0; i < r.count; i++) sum += r.path[i].length;
+    assert_true(fabs(sum - (sqrt(17) + 2 * sqrt(65) + sqrt(113))) < 1e-12);
+    oracle_free(&r);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
+/* A wall in x = 0 from y = 0 to 40 on a ground z = 0. Its free rim is upright at x = y = 0. From (3, 4, 2) to (-8,
+ * -6, 6) the two distances to the edge are 5 and 10, so the edge is met at z = 2 + 4/3; by way of the ground before
+ * it (image at z = -2) at z = -2 + 8/3 = 2/3 with length hypot(15, 8) = 17, reflected where the leg from (-2) to 2/3
+ * is at 0: 3/4 of the way to the edge. After it: image of the receiver at -6, met at 2 - 8/3 < 0: not on the edge.
+ * The direct way passes x = 0 at y = 4 - 10 * 3/11 = 1.27: blocked. */
+static void oracle_edge(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "wall");
+    soup_quad(&soup, v3(0, 0, 0), v3(0, 40, 0), v3(0, 40, 30), v3(0, 0, 30), CONCRETE);
+    soup_object(&soup, "ground");
+    soup_quad(&soup, v3(-50, -50, 0), v3(50, -50, 0), v3(50, 50, 0), v3(-50, 50, 0), CONCRETE);
+    KellerScene scene = scene_of(&soup);
+    OracleResult r = oracle_enumerate(&scene, v3(3, 4, 2), v3(-8, -6, 6), 1, 1, 2);
+    size_t direct = 0, before = 0, after = 0;
+    for (size_t i = 0; i < r.count; i++) {
+        const OraclePath *p = &r.path[i];
+        assert_true(p->valid);
+        for (uint32_t k = 0; k < p->count; k++) {
+            if (p->step[k].kind != KELLER_DIFFRACTION || hypot(p->position[k].x, p->position[k].y) > 1e-9) continue;
+            if (p->count == 1) {
+                direct++;
+                assert_true(fabs(p->position[0].z - (2 + 4.0 / 3)) < 1e-13);
+                assert_true(fabs(p->length - hypot(15, 4)) < 1e-12);
+            } else if (k == 1) {
+                before++;
+                assert_true(fabs(p->position[1].z - 2.0 / 3) < 1e-13);
+                assert_true(fabs(p->length - 17) < 1e-12);
+                assert_true(v3_distance(p->position[0], v3(0.75, 1, 0)) < 1e-12);
+            } else {
+                after++;
+            }
+        }
+    }
+    assert_int_equal(direct, 1);
+    assert_int_equal(before, 1);
+    assert_int_equal(after, 0);
+    oracle_free(&r);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
+/* The roof edges of a box: n = 1.5 and the sector; a station above the roof does not see an edge past the other
+ * side. */
+static void oracle_box(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "box");
+    soup_box(&soup, v3(-1, -1, 0), v3(1, 1, 2), CONCRETE, 0);
+    KellerScene scene = scene_of(&soup);
+    /* From x = -5 to x = 5 at y = 0, z = 1: the direct way is blocked. One diffraction would have to be at an edge that
+     * both ends see: the four edges of the sides y = -1 and y = 1 and of top and bottom that are parallel to x are
+     * seen from both ends, but a path at them would be at x = 0 in direction x: the ends see the edges z = 2, y = +-1
+     * only through the box's end faces. Nothing arrives. */
+    OracleResult r = oracle_enumerate(&scene, v3(-5, 0, 1), v3(5, 0, 1), 2, 1, 3);
+    assert_int_equal(r.count, 0);
+    oracle_free(&r);
+    /* From (-5, 0, 1) to (0.3, 0.2, 4) over the edge x = -1, z = 2: depths 4 and 1 below and 1.3 and 2 above; the
+     * direct line passes x = -1 at z = 1 + 3*4/5.3 > 2 and is free. Off the roof, image at z = 0: at z = 2 the leg
+     * from (-5, 0, 1) to (0.3, 0.2, 0) is below the roof from the start: no reflection. */
+    r = oracle_enumerate(&scene, v3(-5, 0, 1), v3(0.3, 0.2, 4), 2, 1, 1);
+    assert_non_null(path_with(&r, 0, KELLER_REFLECTION));
+    assert_null(path_with(&r, 1, KELLER_REFLECTION));
+    assert_non_null(path_with(&r, 1, KELLER_DIFFRACTION));
+    double rho = sqrt(17), rho2 = hypot(1.3, 2);
+    size_t found = 0;
+    for (size_t i = 0; i < r.count; i++)
+        if (r.path[i].count && fabs(r.path[i].position[0].x + 1) < 1e-12 && fabs(r.path[i].position[0].z - 2) < 1e-12) {
+            found++;
+            assert_true(fabs(r.path[i].length - hypot(rho + rho2, 0.2)) < 1e-12);
+        }
+    assert_int_equal(found, 1);
+    oracle_free(&r);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
+/* ---- the program against the oracle ----------------------------------------------------------------------------- */
+
+typedef struct {
+    size_t paths, candidates, undecidable, differences, scenes_different;
+} Tally;
+
+static bool same_steps(const OraclePath *a, const Found *b)
+{
+    if (a->count != b->count) return false;
+    for (uint32_t i = 0; i < a->count; i++)
+        if (a->step[i].kind != b->step[i].kind || a->step[i].id != b->step[i].id) return false;
+    return true;
+}
+
+static void report(const char *what, uint64_t seed, const char *search, uint32_t rx, uint32_t count,
+                   const KellerStep *steps, double length, double margin)
+{
+    char text[256];
+    printf("# seed %llu, %s search, receiver %u: %s: %s, length %.12g, margin %.3g\n", (unsigned long long)seed, search,
+           rx, what, path_text(count, steps, text, sizeof text), length, margin);
+}
+
+/* Each path of the oracle exactly once, and no other. */
+static size_t compare(const KellerScene *scene, const RandomScene *world, uint64_t seed, uint32_t rx,
+                      const OracleResult *oracle, const FoundPaths *found, const char *search)
+{
+    size_t differences = 0;
+    bool *used = calloc(found->count + 1, sizeof *used);
+    assert_non_null(used);
+    for (size_t i = 0; i < oracle->count; i++) {
+        const OraclePath *p = &oracle->path[i];
+        size_t times = 0;
+        for (size_t j = 0; j < found->count; j++) {
+            const Found *f = &found->path[j];
+            if (f->rx != rx || !same_steps(p, f)) continue;
+            used[j] = true;
+            times++;
+            if (p->valid && !(fabs(f->length - p->length) <= 1e-9 * p->length)) {
+                report("wrong length", seed, search, rx, p->count, p->step, f->length, p->margin);
+                differences++;
+            }
+            if (p->valid && !(fabs(f->delay * 299792458.0 - p->length) <= 1e-9 * p->length)) {
+                report("wrong delay", seed, search, rx, p->count, p->step, f->delay, p->margin);
+                differences++;
+            }
+            for (uint32_t k = 0; p->valid && k < p->count; k++)
+                if (!(v3_distance(p->position[k], f->position[k]) <= 1e-7 * p->length)) {
+                    report("wrong position", seed, search, rx, p->count, p->step, f->length, p->margin);
+                    differences++;
+                }
+        }
+        bool decided = p->margin >= ORACLE_TOLERANCE;
+        if (times > 1 || (decided && times == 0)) {
+            report(times ? "doubled" : "missing", seed, search, rx, p->count, p->step, p->length, p->margin);
+            differences++;
+        }
+    }
+    for (size_t j = 0; j < found->count; j++) {
+        const Found *f = &found->path[j];
+        if (f->rx != rx || used[j]) continue;
+        OraclePath p;
+        bool sequence = oracle_solve(scene, world->tx, world->rx[rx], f->count, f->step, &p);
+        report(sequence ? "not in the oracle" : "against the rules", seed, search, rx, f->count, f->step, f->length,
+               p.margin);
+        differences++;
+    }
+    free(used);
+    return differences;
+}
+
+static void check_seed(uint64_t seed, uint32_t reflections, uint32_t diffractions, uint32_t interactions, Tally *tally)
+{
+    RandomScene world = scene_random(seed, 0);
+    KellerScene scene = scene_of(&world.soup);
+    Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, reflections, diffractions, interactions);
+    FoundPaths points = run_simulation(&scene, &run);
+    run.grid_step = world.step;
+    FoundPaths grid = run_simulation(&scene, &run);
+    size_t differences = 0;
+    for (uint32_t rx = 0; rx < SCENE_RECEIVERS; rx++) {
+        OracleResult oracle = oracle_enumerate(&scene, world.tx, world.rx[rx], reflections, diffractions, interactions);
+        differences += compare(&scene, &world, seed, rx, &oracle, &points, "point");
+        differences += compare(&scene, &world, seed, rx, &oracle, &grid, "grid");
+        tally->paths += oracle.count;
+        tally->candidates += oracle.candidates;
+        tally->undecidable += oracle.undecidable;
+        oracle_free(&oracle);
+    }
+    tally->differences += differences;
+    tally->scenes_different += differences > 0;
+    found_free(&points);
+    found_free(&grid);
+    keller_scene_free(&scene);
+    soup_release(&world.soup);
+}
+
+/* Orders (reflections, diffractions, interactions) in turn. */
+static const uint32_t orders[][3] = {{2, 1, 2}, {2, 1, 3}, {3, 0, 3}, {1, 1, 2}, {2, 1, 2}, {3, 1, 3}};
+
+static void random_scenes(void **state)
+{
+    Tally *tally = *state;
+    /* KELLER_SEEDS=first-last runs other seeds, for a search through the night. */
+    unsigned long first = 1, last = 300;
+    const char *seeds = getenv("KELLER_SEEDS");
+    if (seeds) sscanf(seeds, "%lu-%lu", &first, &last);
+    for (unsigned long seed = first; seed <= last; seed++) {
+        const uint32_t *o = orders[seed % (sizeof orders / sizeof *orders)];
+        check_seed(seed, o[0], o[1], o[2], tally);
+    }
+    printf("# %zu paths of %zu candidates, %zu undecidable, %zu scenes differ\n", tally->paths, tally->candidates,
+           tally->undecidable, tally->scenes_different);
+    assert_int_equal(tally->differences, 0);
+}
+
+/* The comparison would be empty if most were undecidable, or if there were no paths to speak of. */
+static void random_scenes_say_something(void **state)
+{
+    const Tally *tally = *state;
+    assert_true(tally->undecidable * 100 < tally->paths);
+    assert_true(tally->paths > 10 * 300 || getenv("KELLER_SEEDS"));
+}
+
+int main(void)
+{
+    Tally tally = {0};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(oracle_wall),
+        cmocka_unit_test(oracle_corner),
+        cmocka_unit_test(oracle_edge),
+        cmocka_unit_test(oracle_box),
+        {"random_scenes", random_scenes, NULL, NULL, &tally},
+        {"random_scenes_say_something", random_scenes_say_something, NULL, NULL, &tally},
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
