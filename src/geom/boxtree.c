@@ -118,9 +118,7 @@ void keller_boxtree_free(KellerBoxTree *tree)
 
 /* What a query asks of a box. */
 typedef struct {
-    bool plane;
     double a[3], d[3], margin; /* segment a + t d, t in [0, 1] */
-    double normal[3], offset;
     KellerBoxVisit visit;
     void *context;
 } Query;
@@ -143,27 +141,14 @@ static bool segment_meets(const Query *query, const Box *box)
     return near <= far + 1e-14;
 }
 
-/* Twice the distance of the box's centre from the plane against twice its reach. Rounding is below 1e-15 of the
- * coordinates' size; the query's margin has been grown by ten times that. */
-static bool plane_meets(const Query *query, const Box *box)
-{
-    double centre = -2 * query->offset, reach = 2 * query->margin;
-    for (int axis = 0; axis < 3; axis++) {
-        double n = query->normal[axis];
-        centre += n * (box->lower[axis] + box->upper[axis]);
-        reach += fabs(n) * (box->upper[axis] - box->lower[axis]);
-    }
-    return fabs(centre) <= reach;
-}
-
 static void descend(const KellerBoxTree *tree, const Query *query)
 {
-    uint32_t stack[64], depth = 0; /* halving: depth at most 32 */
+    uint32_t stack[64], depth = 0; /* halving makes the tree at most 32 deep */
     if (tree->count) stack[depth++] = 0;
     while (depth) {
         uint32_t index = stack[--depth];
         const Node *node = &tree->nodes[index];
-        if (!(query->plane ? plane_meets(query, &node->box) : segment_meets(query, &node->box))) continue;
+        if (!segment_meets(query, &node->box)) continue;
         if (node->right) {
             stack[depth++] = node->right;
             stack[depth++] = index + 1;
@@ -171,8 +156,7 @@ static void descend(const KellerBoxTree *tree, const Query *query)
         }
         for (uint32_t i = node->begin; i < node->end; i++) {
             const Box *box = &tree->boxes[tree->items[i]];
-            if (query->plane ? plane_meets(query, box) : segment_meets(query, box))
-                query->visit(query->context, tree->items[i]);
+            if (segment_meets(query, box)) query->visit(query->context, tree->items[i]);
         }
     }
 }
@@ -180,18 +164,7 @@ static void descend(const KellerBoxTree *tree, const Query *query)
 void keller_boxtree_segment(const KellerBoxTree *tree, KellerVec3 a, KellerVec3 b, double margin, KellerBoxVisit visit,
                             void *context)
 {
-    Query query = {.plane = false, .a = {a.x, a.y, a.z}, .d = {b.x - a.x, b.y - a.y, b.z - a.z}, .margin = margin,
+    Query query = {.a = {a.x, a.y, a.z}, .d = {b.x - a.x, b.y - a.y, b.z - a.z}, .margin = margin,
                    .visit = visit, .context = context};
-    descend(tree, &query);
-}
-
-void keller_boxtree_plane(const KellerBoxTree *tree, KellerVec3 normal, double offset, double margin,
-                          KellerBoxVisit visit, void *context)
-{
-    double size = 0; /* of the coordinates */
-    for (int axis = 0; axis < 3 && tree->count; axis++)
-        size = fmax(size, fmax(fabs(tree->nodes[0].box.lower[axis]), fabs(tree->nodes[0].box.upper[axis])));
-    Query query = {.plane = true, .normal = {normal.x, normal.y, normal.z}, .offset = offset,
-                   .margin = margin + 1e-14 * (size + fabs(offset)), .visit = visit, .context = context};
     descend(tree, &query);
 }

@@ -1,5 +1,5 @@
 /* geom/boxtree.h -- a static tree of axis-aligned boxes in double precision, for the construction of the scene: what is
- * near a segment, what is near a plane. (The accelerators of the search are another matter: see accel/.) */
+ * near a segment. (The accelerators of the search are another matter: see accel/.) */
 #ifndef KELLER_GEOM_BOXTREE_H
 #define KELLER_GEOM_BOXTREE_H
 #include <stddef.h>
@@ -19,7 +19,4 @@ typedef void (*KellerBoxVisit)(void *context, uint32_t item);
 /* All boxes that, grown by `margin` on every side, meet the segment a-b: a superset of what is within margin of it. */
 void keller_boxtree_segment(const KellerBoxTree *tree, KellerVec3 a, KellerVec3 b, double margin, KellerBoxVisit visit,
                             void *context);
-/* All boxes that come within `margin` of the plane {p : normal.p = offset}; normal is a unit vector. */
-void keller_boxtree_plane(const KellerBoxTree *tree, KellerVec3 normal, double offset, double margin,
-                          KellerBoxVisit visit, void *context);
 #endif

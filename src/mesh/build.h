@@ -44,7 +44,7 @@ typedef struct {
 } KellerSector;
 
 /* More touches than this for an edge on average are refused: each edge may touch all others, and a file may say so. */
-#define KELLER_MESH_CROWD 1000
+#define KELLER_MESH_CROWD 200
 
 typedef struct {
     KellerScene *scene;

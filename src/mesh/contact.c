@@ -148,6 +148,10 @@ static void visit(void *context, uint32_t triangle)
     Search *search = context;
     const KellerBuild *build = search->build;
     if (!search->ok || keller_mesh_thin(build, triangle) || at_edge(&build->adjacency, triangle, search->edge)) return;
+    /* Most triangles whose box is near lie wholly on one side of the edge, or the edge of them. */
+    KellerVec3 normal = build->shape[triangle].normal, corner = keller_mesh_corner(build->scene, triangle, 0);
+    double off = v3_dot(normal, v3_sub(search->a, corner)), end = off + v3_dot(normal, search->d) * search->length;
+    if (fmin(off, end) > 2 * build->contact || fmax(off, end) < -2 * build->contact) return;
     KellerTouch touch = {.triangle = triangle};
     if (along_side(search, triangle, &touch) || through_inside(search, triangle, &touch)) add(search, touch);
 }

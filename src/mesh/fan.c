@@ -1,8 +1,6 @@
 /* The fan of half-planes around each edge, piece by piece, and the sectors of it that diffract. */
 #include "mesh/build.h"
 
-#include <float.h>
-
 #define PI 3.14159265358979323846
 
 /* What one touching triangle adds to the fan. */
@@ -31,6 +29,8 @@ typedef struct {
     double length;
     HalfPlane *halves, *present;
     size_t half_count, half_capacity, present_count, present_capacity;
+    uint32_t *active;                 /* half-planes over the piece at hand, in order of their touches */
+    size_t active_count, active_capacity, next_half;
     Cut *cuts;
     size_t cut_count, cut_capacity;
     Span *spans;
@@ -108,7 +108,7 @@ static bool open_fan(Fan *fan, uint32_t edge)
     fan->length = v3_distance(fan->a, b);
     fan->across = v3_perpendicular(fan->d);
     fan->up = v3_cross(fan->d, fan->across);
-    fan->half_count = fan->cut_count = 0;
+    fan->half_count = fan->cut_count = fan->active_count = fan->next_half = 0;
     if (!add_cut(fan, 0, ends[0]) || !add_cut(fan, fan->length, ends[1])) return false;
     const KellerTouch *touch = build->touches + build->touch_begin[edge];
     for (uint32_t i = 0; i < build->touch_number[edge]; i++) {
@@ -118,7 +118,6 @@ static bool open_fan(Fan *fan, uint32_t edge)
         if (!add_cut(fan, touch[i].begin, touch[i].begin_vertex) || !add_cut(fan, touch[i].end, touch[i].end_vertex))
             return false;
     }
-    qsort(fan->halves, fan->half_count, sizeof *fan->halves, by_angle);
     return true;
 }
 
@@ -156,23 +155,38 @@ static void join_cuts(Fan *fan)
     fan->cut_count = kept;
 }
 
-/* The half-planes over the point at t, in order of angle. A thin triangle has no direction: it counts only where nothing
- * else is. */
-static bool select_present(Fan *fan, double t)
+/* Brings the half-planes over the point at t up to date; t only ever grows, and touches are in order of their beginnings, so
+ * that a long edge with many short touches takes no more than a sweep. */
+static bool advance(Fan *fan, double t)
 {
     const KellerTouch *touch = fan->build->touches + fan->build->touch_begin[fan->edge];
-    if (!keller_mesh_reserve(fan->build, (void **)&fan->present, &fan->present_capacity, fan->half_count,
+    if (!keller_mesh_reserve(fan->build, (void **)&fan->active, &fan->active_capacity, fan->half_count, sizeof *fan->active))
+        return false;
+    for (; fan->next_half < fan->half_count && touch[fan->halves[fan->next_half].touch].begin <= t; fan->next_half++)
+        fan->active[fan->active_count++] = (uint32_t)fan->next_half;
+    size_t kept = 0;
+    for (size_t i = 0; i < fan->active_count; i++)
+        if (touch[fan->halves[fan->active[i]].touch].end >= t) fan->active[kept++] = fan->active[i];
+    fan->active_count = kept;
+    return true;
+}
+
+/* The half-planes that make the fan, in order of angle. A thin triangle has no direction: it counts only where nothing
+ * else is. */
+static bool select_present(Fan *fan)
+{
+    if (!keller_mesh_reserve(fan->build, (void **)&fan->present, &fan->present_capacity, fan->active_count,
                              sizeof *fan->present))
         return false;
     for (int thin = 0; thin < 2; thin++) {
         fan->present_count = 0;
-        for (size_t i = 0; i < fan->half_count; i++) {
-            const HalfPlane *half = &fan->halves[i];
-            if (half->thin == (thin == 1) && touch[half->touch].begin <= t && t <= touch[half->touch].end)
-                fan->present[fan->present_count++] = *half;
+        for (size_t i = 0; i < fan->active_count; i++) {
+            const HalfPlane *half = &fan->halves[fan->active[i]];
+            if (half->thin == (thin == 1)) fan->present[fan->present_count++] = *half;
         }
         if (fan->present_count) break;
     }
+    if (fan->present_count) qsort(fan->present, fan->present_count, sizeof *fan->present, by_angle);
     return true;
 }
 
@@ -225,14 +239,12 @@ static bool name_cut(Fan *fan, size_t cut)
     return true;
 }
 
-static bool add_planes(Fan *fan, double t, size_t *begin, size_t *end)
+static bool add_planes(Fan *fan, size_t *begin, size_t *end)
 {
     KellerBuild *build = fan->build;
-    const KellerTouch *touch = build->touches + build->touch_begin[fan->edge];
     *begin = build->planes_count;
-    for (uint32_t i = 0; i < build->touch_number[fan->edge]; i++) {
-        if (t < touch[i].begin || t > touch[i].end) continue;
-        uint32_t plane = build->scene->faces[build->scene->triangle_face[touch[i].triangle]].plane;
+    for (size_t i = 0; i < fan->active_count; i++) {
+        uint32_t plane = build->scene->faces[fan->halves[fan->active[i]].face].plane;
         bool known = false;
         for (size_t k = *begin; k < build->planes_count && !known; k++) known = build->planes[k] == plane;
         if (known) continue;
@@ -262,8 +274,7 @@ static bool add_sectors(Fan *fan, size_t cut)
             angle += 2 * PI * round((turn(from->angle, to->angle) - angle) / (2 * PI));
             if (angle <= KELLER_FLAT_ANGLE || !diffracts(angle)) continue;
         }
-        if (!any && (!name_cut(fan, cut) || !name_cut(fan, cut + 1) ||
-                     !add_planes(fan, 0.5 * (fan->cuts[cut].t + fan->cuts[cut + 1].t), &plane_begin, &plane_end)))
+        if (!any && (!name_cut(fan, cut) || !name_cut(fan, cut + 1) || !add_planes(fan, &plane_begin, &plane_end)))
             return false;
         any = true;
         if (!keller_mesh_reserve(build, (void **)&build->sectors, &build->sector_capacity, build->sector_count + 1,
@@ -283,9 +294,9 @@ static bool claimed(const Fan *fan, double t)
     const KellerBuild *build = fan->build;
     const KellerTouch *touch = build->touches + build->touch_begin[fan->edge];
     KellerVec3 p = v3_madd(fan->a, fan->d, t);
-    for (uint32_t i = 0; i < build->touch_number[fan->edge]; i++) {
-        uint32_t other = touch[i].edge;
-        if (other == KELLER_NONE || other == fan->edge || t < touch[i].begin || t > touch[i].end) continue;
+    for (size_t i = 0; i < fan->active_count; i++) {
+        uint32_t other = touch[fan->halves[fan->active[i]].touch].edge;
+        if (other == KELLER_NONE || other == fan->edge) continue;
         const uint32_t *ends = build->adjacency.vertices[other];
         KellerVec3 a = build->scene->vertices[ends[0]];
         double s = v3_dot(v3_sub(p, a), v3_unit(v3_sub(build->scene->vertices[ends[1]], a)));
@@ -305,12 +316,13 @@ static bool scan(Fan *fan)
     size_t first = fan->span_count;
     for (size_t i = 0; i + 1 < fan->cut_count; i++) {
         double begin = fan->cuts[i].t, end = fan->cuts[i + 1].t, middle = 0.5 * (begin + end);
-        if (!select_present(fan, middle) || !find_clusters(fan)) return false;
+        if (!advance(fan, middle) || !select_present(fan) || !find_clusters(fan)) return false;
         corner = corner || fan->cluster_count > 1;
         if (claimed(fan, middle)) continue;
         if (!keller_mesh_reserve(build, (void **)&fan->spans, &fan->span_capacity, fan->span_count + 1, sizeof *fan->spans))
             return false;
-        fan->spans[fan->span_count++] = (Span){begin, end};
+        if (fan->span_count > first && fan->spans[fan->span_count - 1].end == begin) fan->spans[fan->span_count - 1].end = end;
+        else fan->spans[fan->span_count++] = (Span){begin, end};
         if (!add_sectors(fan, i)) return false;
     }
     fan->span_begin[fan->edge] = first;
@@ -360,6 +372,7 @@ bool keller_mesh_sectors(KellerBuild *build)
     }
     free(fan.halves);
     free(fan.present);
+    free(fan.active);
     free(fan.cuts);
     free(fan.spans);
     free(fan.span_begin);

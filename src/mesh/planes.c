@@ -15,6 +15,7 @@ typedef struct {
     double *area;             /* by face */
     uint32_t *plane;          /* by face */
     KellerVec3 *corner;       /* by face, any: most faces are dismissed by it, without their triangles */
+    const uint32_t *candidates; /* faces by item of the tree being searched */
     uint32_t *found;          /* faces in the plane being gathered */
     size_t count;
     Plane now;
@@ -25,9 +26,10 @@ static double height(Plane plane, KellerVec3 p)
     return v3_dot(plane.normal, v3_sub(p, plane.point));
 }
 
-static void visit(void *context, uint32_t face)
+static void visit(void *context, uint32_t item)
 {
     Gathering *gathering = context;
+    uint32_t face = gathering->candidates[item];
     if (gathering->plane[face] != KELLER_NONE) return;
     if (fabs(height(gathering->now, gathering->corner[face])) > gathering->build->contact) return;
     const KellerScene *scene = gathering->build->scene;
@@ -91,34 +93,123 @@ static int by_number(const void *x, const void *y)
     return (a > b) - (a < b);
 }
 
-static void gather(Gathering *gathering, const KellerBoxTree *tree, uint32_t leader)
+/* ---- which faces may lie in a plane: an index in the space of planes ---- */
+
+/* A plane that is steepest along an axis is a height over the other two: h = p u + q v + r, with r taken at the middle of
+ * the scene, and |p|, |q| <= 1. Each axis has a tree of boxes in (p, q, r), p and q scaled to lengths. If all corners
+ * of a face lie within the tolerance of a plane, that plane and the face's own differ in height by at most m at
+ * the corners, hence by a slope of at most 2 m over the width of the face's shadow, and in r by m and that slope times
+ * the way to the middle: the face's box. */
+typedef struct {
+    KellerBoxTree *tree[3];
+    uint32_t *face[3];        /* by item of the tree */
+    KellerVec3 middle;
+    double scale;
+} PlaneIndex;
+
+/* Faces steeper than this over an axis are not in its tree: sqrt(1/0.3^2 - 1) = 3.2, more than a plane's sqrt(2) and the
+ * difference of 1 up to which slopes are compared at all. */
+#define LEAST_COMPONENT 0.3
+
+static double component(KellerVec3 p, int axis)
 {
-    const KellerScene *scene = gathering->build->scene;
-    const KellerFace *face = &scene->faces[leader];
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
+static KellerVec3 coordinates(const PlaneIndex *index, Plane plane, int axis)
+{
+    double n = component(plane.normal, axis);
+    double p = -component(plane.normal, (axis + 1) % 3) / n, q = -component(plane.normal, (axis + 2) % 3) / n;
+    return v3(p * index->scale, q * index->scale, v3_dot(plane.normal, v3_sub(plane.point, index->middle)) / n);
+}
+
+/* The box of a face, or false if no plane of this axis comes near it. */
+static bool face_box(const KellerBuild *build, const PlaneIndex *index, const KellerFace *face, KellerVec3 corner, int axis,
+                     KellerVec3 *lower, KellerVec3 *upper)
+{
+    const KellerScene *scene = build->scene;
+    double width = 0, stray = 0, near = INFINITY, everywhere = 1e30;
+    for (uint32_t i = face->triangle_begin; i < face->triangle_end; i++) {
+        uint32_t t = scene->face_triangles[i];
+        width = fmax(width, build->shape[t].height);
+        for (int k = 0; k < 3; k++) {
+            KellerVec3 p = keller_mesh_corner(scene, t, k);
+            stray = fmax(stray, fabs(v3_dot(face->normal, p) - face->offset));
+            near = fmin(near, v3_distance(p, index->middle));
+        }
+    }
+    double rounding = 1e-13 * (index->scale + v3_norm(index->middle));
+    double m = 2 * build->contact + 4 * stray + rounding; /* 1/0.57 and 1/0.3 of the distances are heights */
+    double slope = 2 * m / (LEAST_COMPONENT * width);
+    if (!(slope < 1)) { /* too small to have a direction */
+        *lower = v3(-everywhere, -everywhere, -everywhere);
+        *upper = v3(everywhere, everywhere, everywhere);
+        return true;
+    }
+    if (fabs(component(face->normal, axis)) < LEAST_COMPONENT) return false;
+    Plane plane = {face->normal, v3_madd(corner, face->normal, face->offset - v3_dot(face->normal, corner))};
+    KellerVec3 at = coordinates(index, plane, axis);
+    KellerVec3 reach = v3(slope * index->scale + rounding, slope * index->scale + rounding, m + slope * near + rounding);
+    *lower = v3_sub(at, reach);
+    *upper = v3_add(at, reach);
+    return true;
+}
+
+static void free_index(PlaneIndex *index)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        keller_boxtree_free(index->tree[axis]);
+        free(index->face[axis]);
+    }
+}
+
+static bool build_index(KellerBuild *build, const KellerVec3 *corners, PlaneIndex *index)
+{
+    const KellerScene *scene = build->scene;
+    size_t count = scene->face_count;
+    index->middle = v3_scale(v3_add(scene->lower, scene->upper), 0.5);
+    index->scale = v3_distance(scene->lower, scene->upper);
+    KellerVec3 *lower = keller_mesh_allocate(build, count, sizeof *lower);
+    KellerVec3 *upper = keller_mesh_allocate(build, count, sizeof *upper);
+    bool ok = lower && upper;
+    for (int axis = 0; ok && axis < 3; axis++) {
+        size_t used = 0;
+        index->face[axis] = keller_mesh_allocate(build, count, sizeof *index->face[axis]);
+        for (uint32_t f = 0; index->face[axis] && f < count; f++)
+            if (face_box(build, index, &scene->faces[f], corners[f], axis, &lower[used], &upper[used]))
+                index->face[axis][used++] = f;
+        index->tree[axis] = keller_boxtree_build(used, lower, upper);
+        ok = index->face[axis] && index->tree[axis];
+        if (!index->tree[axis]) build->bytes = (unsigned long long)used * 200;
+    }
+    free(lower);
+    free(upper);
+    return ok;
+}
+
+static void find(Gathering *gathering, const PlaneIndex *index)
+{
+    KellerVec3 n = gathering->now.normal;
+    int axis = fabs(n.x) >= fabs(n.y) && fabs(n.x) >= fabs(n.z) ? 0 : fabs(n.y) >= fabs(n.z) ? 1 : 2;
+    KellerVec3 at = coordinates(index, gathering->now, axis);
+    gathering->count = 0;
+    gathering->candidates = index->face[axis];
+    keller_boxtree_segment(index->tree[axis], at, at, 0, visit, gathering);
+    qsort(gathering->found, gathering->count, sizeof *gathering->found, by_number);
+}
+
+static void gather(Gathering *gathering, const PlaneIndex *index, uint32_t leader)
+{
+    const KellerFace *face = &gathering->build->scene->faces[leader];
     KellerVec3 corner = gathering->corner[leader];
     gathering->now = (Plane){face->normal, v3_madd(corner, face->normal, face->offset - v3_dot(face->normal, corner))};
     size_t before = 0;
     for (int i = 0; i < MOST_ROUNDS; i++) {
-        gathering->count = 0;
-        keller_boxtree_plane(tree, gathering->now.normal, v3_dot(gathering->now.normal, gathering->now.point),
-                             gathering->build->contact, visit, gathering);
-        qsort(gathering->found, gathering->count, sizeof *gathering->found, by_number);
+        find(gathering, index);
         if (gathering->count <= 1 || gathering->count == before) break;
         before = gathering->count;
         gathering->now = fit(gathering);
     }
-}
-
-static void face_box(const KellerScene *scene, const KellerFace *face, KellerVec3 *lower, KellerVec3 *upper)
-{
-    *lower = v3(INFINITY, INFINITY, INFINITY);
-    *upper = v3(-INFINITY, -INFINITY, -INFINITY);
-    for (uint32_t i = face->triangle_begin; i < face->triangle_end; i++)
-        for (int k = 0; k < 3; k++) {
-            KellerVec3 p = keller_mesh_corner(scene, scene->face_triangles[i], k);
-            *lower = v3(fmin(lower->x, p.x), fmin(lower->y, p.y), fmin(lower->z, p.z));
-            *upper = v3(fmax(upper->x, p.x), fmax(upper->y, p.y), fmax(upper->z, p.z));
-        }
 }
 
 /* Ids in the order of the lowest face in each plane, so that they do not depend on areas. */
@@ -153,19 +244,12 @@ bool keller_mesh_planes(KellerBuild *build)
     gathering.corner = keller_mesh_allocate(build, count, sizeof *gathering.corner);
     gathering.found = keller_mesh_allocate(build, count, sizeof *gathering.found);
     Leader *leaders = keller_mesh_allocate(build, count, sizeof *leaders);
-    KellerVec3 *lower = keller_mesh_allocate(build, count, sizeof *lower);
-    KellerVec3 *upper = keller_mesh_allocate(build, count, sizeof *upper);
     KellerVec3 *normals = keller_mesh_allocate(build, count, sizeof *normals);
-    KellerBoxTree *tree = NULL;
-    bool ok = gathering.area && gathering.plane && gathering.corner && gathering.found && leaders && lower && upper && normals;
-    for (size_t f = 0; ok && f < count; f++) {
-        face_box(scene, &scene->faces[f], &lower[f], &upper[f]);
+    PlaneIndex index = {0};
+    bool ok = gathering.area && gathering.plane && gathering.corner && gathering.found && leaders && normals;
+    for (size_t f = 0; ok && f < count; f++)
         gathering.corner[f] = keller_mesh_corner(scene, scene->face_triangles[scene->faces[f].triangle_begin], 0);
-    }
-    if (ok && !(tree = keller_boxtree_build(count, lower, upper))) {
-        build->bytes = (unsigned long long)count * 200;
-        ok = false;
-    }
+    ok = ok && build_index(build, gathering.corner, &index);
     if (ok) {
         for (size_t t = 0; t < scene->triangle_count; t++)
             gathering.area[scene->triangle_face[t]] += build->shape[t].area;
@@ -175,7 +259,7 @@ bool keller_mesh_planes(KellerBuild *build)
         for (size_t i = 0; i < count; i++) {
             uint32_t leader = leaders[i].face;
             if (gathering.plane[leader] != KELLER_NONE) continue;
-            gather(&gathering, tree, leader);
+            gather(&gathering, &index, leader);
             uint32_t plane = (uint32_t)scene->plane_count++;
             for (size_t k = 0; k < gathering.count; k++) gathering.plane[gathering.found[k]] = plane;
             gathering.plane[leader] = plane; /* even where its own corners stray from its plane */
@@ -183,14 +267,12 @@ bool keller_mesh_planes(KellerBuild *build)
         }
         ok = number(build, gathering.plane, normals);
     }
-    keller_boxtree_free(tree);
+    free_index(&index);
     free(gathering.area);
     free(gathering.plane);
     free(gathering.corner);
     free(gathering.found);
     free(leaders);
-    free(lower);
-    free(upper);
     free(normals);
     return ok;
 }

@@ -10,7 +10,8 @@ enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
     MUCH_FIRST = 8,         /* from the end itself, where everything else multiplies on what is found, */
     MUCH_LAST = 400,        /* and where each is only a candidate */
-    FINER = 8,              /* the first cones are split this much finer than the aperture */
+    FINER = 8,              /* the first cones are split this much finer than the aperture, */
+    FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
     BLOCKER_TRIANGLES = 64, /* faces of more triangles are not tried as a cone's wall: the trial would cost too much */
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
@@ -395,8 +396,11 @@ static void process(Search *s, const Beam *beam)
     s->query++;
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
-    q.much = at.length == 0 ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
-    q.may_split = wide > 2 * l->tan_aperture / (at.length == 0 ? FINER : 1);
+    bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
+    q.much = few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
+    /* A window narrower than the sources look wide across the scene parts nothing from anything. */
+    double least = 2 * l->tan_aperture / (first ? FINER : 1);
+    q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));
     bool targets_only = l->targets && at.length + 1u == l->target_length && !use.face;
     KellerRange clip = {q.start_near, INFINITY};
     if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, &q, &s->work.accel);

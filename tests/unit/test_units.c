@@ -94,8 +94,8 @@ static void test_locale(void **state)
         print_message("# no locale with a decimal comma is installed\n");
         skip();
     }
-    double value = parsed("2.5 m", "length"), number = 0;
-    bool good = keller_parse_number("0.125", &number), comma = keller_parse_number("0,125", &number);
+    double value = parsed("2.5 m", "length"), number = 0, other = 0;
+    bool good = keller_parse_number("0.125", &number), comma = keller_parse_number("0,125", &other);
     setlocale(LC_ALL, "C");
     assert_true(value == 2.5);
     assert_true(good && number == 0.125);
