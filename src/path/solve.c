@@ -211,9 +211,6 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
         along_out = v3_sub(target, node);
         s_in = v3_norm(along_in);
         s_out = v3_norm(along_out);
-        if (!path_in_sector(w, v3_scale(along_in, -1), KELLER_BOUNDARY_ANGLE, NULL) ||
-            !path_in_sector(w, along_out, KELLER_BOUNDARY_ANGLE, NULL))
-            return false;
         for (size_t i = 0; i < after; i++) faces[i] = steps[edge + 1 + i].id;
         if (!unfold(scene, after, faces, rx_image, node, forth)) return false;
         path->position[edge] = node;
@@ -230,6 +227,12 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     }
     if (!unfold(scene, before, faces, reversed, node, back)) return false;
     for (size_t i = 0; i < before; i++) path->position[before - 1 - i] = back[i];
+    if (edge < count) {
+        const KellerWedge *w = &scene->wedges[steps[edge].id];
+        if (!path_in_sector(w, v3_scale(along_in, -1), KELLER_BOUNDARY_ANGLE, NULL) ||
+            !path_in_sector(w, along_out, KELLER_BOUNDARY_ANGLE, NULL))
+            return false;
+    }
 
     /* legs: straight in the unfolded space, so defined even where a leg has no length */
     path->count = (uint32_t)count;

@@ -120,8 +120,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     if (grid)
         config.sets[0] = (KellerReceiverSet){.id = id,
                                              .kind = KELLER_SET_GRID,
-                                             .ny = 1,
-                                             .nx = (uint32_t)run->rx_count,
+                                             .ny = run->grid_rows ? run->grid_rows : 1,
+                                             .nx = (uint32_t)run->rx_count / (run->grid_rows ? run->grid_rows : 1),
                                              .count = (uint32_t)run->rx_count,
                                              .x0 = run->rx[0].x,
                                              .y0 = run->rx[0].y,

@@ -15,7 +15,8 @@
 typedef struct {
     size_t tx_count, rx_count;
     const KellerVec3 *tx, *rx; /* borrowed */
-    double grid_step;          /* > 0: the receivers are one grid of one row, rx[i] = rx[0] + (i step, 0, 0) */
+    double grid_step;          /* > 0: the receivers are one grid, rx[j * nx + i] = rx[0] + (i step, j step, 0) */
+    uint32_t grid_rows;        /* of that grid; 0 counts as 1 */
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
     KellerAntenna antenna;                 /* at both ends, not turned */

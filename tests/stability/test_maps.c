@@ -1,0 +1,138 @@
+/* Grids search by patches of cells, points one by one and the other way round: both must find the same. And the real
+ * city: the aperture of the cones, and the threads, change nothing. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "harness.h"
+#include "scenes.h"
+
+static bool read_scene(const char *name, KellerScene *scene)
+{
+    char path[2048];
+    const char *scenes = getenv("KELLER_SCENES"), *source = getenv("KELLER_SOURCE");
+    if (scenes && *scenes) snprintf(path, sizeof path, "%s/%s", scenes, name);
+    else snprintf(path, sizeof path, "%s/../shared/scenes/%s", source ? source : ".", name);
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        print_message("# %s is absent: skipped (set KELLER_SCENES)\n", path);
+        return false;
+    }
+    fclose(file);
+    KellerSoup soup;
+    KellerError error;
+    if (keller_soup_read(path, 1, &soup, &error) != KELLER_OK) fail_msg("%s", error.message);
+    *scene = scene_of(&soup);
+    keller_soup_free(&soup);
+    return true;
+}
+
+static bool same_path(const Found *a, const Found *b, size_t frequencies)
+{
+    return a->count == b->count && memcmp(a->step, b->step, a->count * sizeof *a->step) == 0 && a->length == b->length &&
+           memcmp(a->gain, b->gain, frequencies * sizeof *a->gain) == 0;
+}
+
+/* Both come sorted by transmitter, receiver, delay, steps. */
+static void assert_same(const FoundPaths *a, const FoundPaths *b, size_t frequencies)
+{
+    if (a->count != b->count) print_message("# %zu paths and %zu paths\n", a->count, b->count);
+    for (size_t i = 0; i < a->count && i < b->count; i++)
+        if (a->path[i].rx != b->path[i].rx || !same_path(&a->path[i], &b->path[i], frequencies)) {
+            char one[256], two[256];
+            print_message("# path %zu: rx %u %s, rx %u %s\n", i, a->path[i].rx,
+                          path_text(a->path[i].count, a->path[i].step, one, sizeof one), b->path[i].rx,
+                          path_text(b->path[i].count, b->path[i].step, two, sizeof two));
+            break;
+        }
+    assert_int_equal(a->count, b->count);
+    for (size_t i = 0; i < a->count; i++) {
+        assert_int_equal(a->path[i].rx, b->path[i].rx);
+        assert_true(same_path(&a->path[i], &b->path[i], frequencies));
+    }
+}
+
+enum { ROWS = 10, COLUMNS = 11 }; /* more than one patch in both directions */
+
+static void grid_against_points(const KellerScene *scene, KellerVec3 tx, KellerVec3 corner, double step, uint32_t reflections,
+                                uint32_t diffractions, uint32_t interactions, size_t *paths)
+{
+    KellerVec3 rx[ROWS * COLUMNS];
+    for (int j = 0; j < ROWS; j++)
+        for (int i = 0; i < COLUMNS; i++) rx[j * COLUMNS + i] = v3_add(corner, v3(i * step, j * step, 0));
+    Run run = run_new(&tx, ROWS * COLUMNS, rx, reflections, diffractions, interactions);
+    run.threads = 2;
+    FoundPaths points = run_simulation(scene, &run);
+    run.grid_step = step;
+    run.grid_rows = ROWS;
+    FoundPaths grid = run_simulation(scene, &run);
+    assert_same(&points, &grid, run.frequency_count);
+    *paths += points.count;
+    found_free(&points);
+    found_free(&grid);
+}
+
+static void random_scenes(void **state)
+{
+    (void)state;
+    size_t paths = 0;
+    for (uint64_t seed = 9000; seed < 9030; seed++) {
+        RandomScene world = scene_random(seed, 0);
+        KellerScene scene = scene_of(&world.soup);
+        double step = 0.05 + 0.11 * (double)(seed % 7);
+        uint32_t interactions = seed % 3 == 0 ? 3 : 2;
+        grid_against_points(&scene, world.tx, world.rx[0], step, 2, 1, interactions, &paths);
+        keller_scene_free(&scene);
+        soup_release(&world.soup);
+    }
+    print_message("# %zu paths\n", paths);
+    assert_true(paths > 10000);
+}
+
+static void street_canyon(void **state)
+{
+    (void)state;
+    KellerScene scene;
+    if (!read_scene("sionna/simple_street_canyon/simple_street_canyon.xml", &scene)) skip();
+    size_t paths = 0;
+    grid_against_points(&scene, v3(-22, 0, 10), v3(-5.3, -7.1, 1.5), 1.37, 3, 1, 3, &paths);
+    grid_against_points(&scene, v3(-22, 0, 30), v3(10.3, -9.1, 1.5), 4.57, 2, 1, 2, &paths);
+    assert_true(paths > 2000);
+    keller_scene_free(&scene);
+}
+
+static void munich_apertures(void **state)
+{
+    (void)state;
+    KellerScene scene;
+    if (!read_scene("sionna/munich/munich.xml", &scene)) skip();
+    KellerVec3 tx = v3(8.5, 21, 27), rx = v3(45, 90, 1.5);
+    Run run = run_new(&tx, 1, &rx, 3, 1, 3);
+    run.cone = 2 * M_PI / 180;
+    run.threads = 1;
+    FoundPaths wide = run_simulation(&scene, &run);
+    run.cone = 0.5 * M_PI / 180;
+    run.threads = 2;
+    FoundPaths narrow = run_simulation(&scene, &run);
+    print_message("# %zu paths\n", wide.count);
+    assert_same(&wide, &narrow, run.frequency_count);
+    assert_true(wide.count > 300);
+    found_free(&wide);
+    found_free(&narrow);
+    keller_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_scenes),
+        cmocka_unit_test(street_canyon),
+        cmocka_unit_test(munich_apertures),
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
