@@ -30,6 +30,7 @@ void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *ti
     keller_gnuplot_text(script, title);
     fputs("\nset cblabel ", script);
     keller_gnuplot_text(script, colour_label);
+    fputs(" offset 1.5,0", script); /* clear of tick labels such as -100 */
     /* viridis: lightness grows evenly, readable in grey and by the colour-blind */
     fprintf(script, "\nset cbrange [%.17g:%.17g]\nset palette defined (0 '#440154', 1 '#482475', 2 '#414487', "
                     "3 '#355f8d', 4 '#2a788e', 5 '#21918c', 6 '#22a884', 7 '#44bf70', 8 '#7ad151', 9 '#bddf26', "
