@@ -58,6 +58,7 @@ typedef struct {
     KellerGeodetic origin;
     size_t frequency_count;
     double *frequencies;        /* Hz, as given, each > 0 */
+    int *frequency_lines;       /* NULL where the configuration was not read from a file */
     size_t material_count;
     KellerMaterial *materials;
     int *material_lines;
@@ -73,6 +74,7 @@ typedef struct {
     size_t receiver_count;
     KellerReceiver *receivers;
     uint32_t reflections, diffractions, transmissions, interactions;
+    int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */

@@ -117,8 +117,9 @@ void keller_boxtree_free(KellerBoxTree *tree)
 }
 
 /* What a query asks of a box. */
+/* The segment is a + t d, t in [0, 1]. Plain comparisons, because fmin() is a call. */
 typedef struct {
-    double a[3], d[3], margin; /* segment a + t d, t in [0, 1] */
+    double a[3], d[3], inverse[3], margin;
     KellerBoxVisit visit;
     void *context;
 } Query;
@@ -130,15 +131,16 @@ static bool segment_meets(const Query *query, const Box *box)
         double low = box->lower[axis] - query->margin - query->a[axis];
         double high = box->upper[axis] + query->margin - query->a[axis], d = query->d[axis];
         /* A short way across is a test of position; it also keeps the division from overflowing. */
-        if (fabs(d) < 1e-300) {
+        if (d < 1e-300 && d > -1e-300) {
             if (low > 0 || high < 0) return false;
             continue;
         }
-        double t0 = low / d, t1 = high / d;
-        near = fmax(near, fmin(t0, t1));
-        far = fmin(far, fmax(t0, t1));
+        double t0 = (d > 0 ? low : high) * query->inverse[axis], t1 = (d > 0 ? high : low) * query->inverse[axis];
+        if (t0 > near) near = t0;
+        if (t1 < far) far = t1;
+        if (near > far + 1e-14) return false;
     }
-    return near <= far + 1e-14;
+    return true;
 }
 
 static void descend(const KellerBoxTree *tree, const Query *query)
@@ -166,5 +168,6 @@ void keller_boxtree_segment(const KellerBoxTree *tree, KellerVec3 a, KellerVec3 
 {
     Query query = {.a = {a.x, a.y, a.z}, .d = {b.x - a.x, b.y - a.y, b.z - a.z}, .margin = margin,
                    .visit = visit, .context = context};
+    for (int axis = 0; axis < 3; axis++) query.inverse[axis] = 1 / query.d[axis];
     descend(tree, &query);
 }

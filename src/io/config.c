@@ -19,6 +19,7 @@ void keller_config_free(KellerConfig *config)
     free(config->text);
     free(config->scene_file);
     free(config->frequencies);
+    free(config->frequency_lines);
     for (size_t i = 0; i < config->material_count; i++) free(config->materials[i].name);
     free(config->materials);
     free(config->material_lines);
@@ -58,14 +59,17 @@ static KellerStatus read_frequencies(KellerConfigReader *reader, const xmlNode *
     KellerConfig *config = reader->config;
     static const KellerConfigRange range = {KELLER_MIN_FREQUENCY, KELLER_MAX_FREQUENCY,
                                             "a frequency from 1 Hz to 1000 THz"};
-    size_t capacity = 0;
+    size_t capacity = 0, line_capacity = 0;
     for (const xmlNode *child = root->children; child; child = child->next) {
         if (!keller_config_is(child, "frequency")) continue;
         if (config->frequency_count == KELLER_MAX_FREQUENCIES)
             return keller_config_fail(reader, child, "more than %u frequencies; expected fewer",
                                       KELLER_MAX_FREQUENCIES);
-        if (!keller_config_grow((void **)&config->frequencies, &capacity, config->frequency_count, 1, sizeof(double)))
+        size_t at = config->frequency_count;
+        if (!keller_config_grow((void **)&config->frequencies, &capacity, at, 1, sizeof(double)) ||
+            !keller_config_grow((void **)&config->frequency_lines, &line_capacity, at, 1, sizeof(int)))
             return keller_error_memory(reader->error, sizeof(double));
+        config->frequency_lines[at] = keller_xml_line(child);
         double *value = &config->frequencies[config->frequency_count++];
         KellerStatus status = keller_config_quantity(reader, child, NULL, "frequency", &range, value);
         if (status != KELLER_OK) return status;
@@ -127,6 +131,7 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
     config->dynamic_range = 150;
     const xmlNode *node = keller_config_child(root, "paths");
     if (!node) return KELLER_OK;
+    config->paths_line = keller_xml_line(node);
     static const KellerConfigRange positive = {DBL_MIN, DBL_MAX, "more than 0 dB"};
     KellerStatus status =
         keller_config_count(reader, node, "reflections", KELLER_MAX_INTERACTIONS, &config->reflections);

@@ -143,15 +143,41 @@ static bool at_edge(const KellerAdjacency *adjacency, uint32_t triangle, uint32_
     return sides[0] == edge || sides[1] == edge || sides[2] == edge;
 }
 
+/* False if the edge stays farther than the tolerance from the triangle: what is left of it near the plane is outside one
+ * of the sides. Most triangles whose box is near are dismissed here, so it does without square roots. */
+static bool comes_near(const Search *search, uint32_t triangle)
+{
+    const KellerBuild *build = search->build;
+    KellerVec3 normal = build->shape[triangle].normal, corner[3];
+    for (int i = 0; i < 3; i++) corner[i] = keller_mesh_corner(build->scene, triangle, i);
+    double reach = 2 * build->contact, off = v3_dot(normal, v3_sub(search->a, corner[0])), rise = v3_dot(normal, search->d);
+    double begin = 0, end = search->length;
+    if (fabs(rise) > 1e-12) {
+        double t0 = (-reach - off) / rise, t1 = (reach - off) / rise, first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
+        if (first > begin) begin = first;
+        if (last < end) end = last;
+        if (begin > end) return false;
+    } else if (fabs(off) > reach) {
+        return false;
+    }
+    KellerVec3 p = v3_sub(v3_madd(search->a, search->d, begin), corner[0]);
+    KellerVec3 q = v3_sub(v3_madd(search->a, search->d, end), corner[0]);
+    for (int i = 0; i < 3; i++) {
+        KellerVec3 side = v3_sub(corner[(i + 1) % 3], corner[i]), inward = v3_cross(normal, side);
+        KellerVec3 from = v3_sub(corner[i], corner[0]);
+        double at_p = v3_dot(inward, v3_sub(p, from)), at_q = v3_dot(inward, v3_sub(q, from));
+        double most = at_p > at_q ? at_p : at_q;
+        if (most < 0 && most * most > reach * reach * v3_dot(side, side)) return false;
+    }
+    return true;
+}
+
 static void visit(void *context, uint32_t triangle)
 {
     Search *search = context;
     const KellerBuild *build = search->build;
     if (!search->ok || keller_mesh_thin(build, triangle) || at_edge(&build->adjacency, triangle, search->edge)) return;
-    /* Most triangles whose box is near lie wholly on one side of the edge, or the edge of them. */
-    KellerVec3 normal = build->shape[triangle].normal, corner = keller_mesh_corner(build->scene, triangle, 0);
-    double off = v3_dot(normal, v3_sub(search->a, corner)), end = off + v3_dot(normal, search->d) * search->length;
-    if (fmin(off, end) > 2 * build->contact || fmax(off, end) < -2 * build->contact) return;
+    if (!comes_near(search, triangle)) return;
     KellerTouch touch = {.triangle = triangle};
     if (along_side(search, triangle, &touch) || through_inside(search, triangle, &touch)) add(search, touch);
 }

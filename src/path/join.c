@@ -43,7 +43,7 @@ KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, c
     for (uint32_t l = 1; l <= MOST && status == KELLER_OK; l++)
         for (uint32_t w = 0; w <= l && status == KELLER_OK; w++)
             if (limits->want[l][w] && !trie_list(&ends->trie, l, w, &ends->lists[l][w]))
-                status = keller_error(error, KELLER_FAILED, "out of memory in the candidate search");
+                status = keller_error(error, KELLER_FAILED, TRIE_FULL);
     if (status != KELLER_OK) ends_free(ends);
     return status;
 }

@@ -39,22 +39,28 @@ typedef struct {
 
 KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
 {
+    const char *file = config->file;
+    int line = config->paths_line;
     if (config->transmissions > 0)
         return keller_error(error, KELLER_BAD_INPUT,
-                            "%s: transmissions=\"%u\" is not computed by this version; expected transmissions=\"0\"",
-                            config->file, config->transmissions);
+                            "%s:%d: transmissions=\"%u\" is not computed by this version; expected transmissions=\"0\"",
+                            file, line, config->transmissions);
     if (config->diffractions > 1)
         return keller_error(error, KELLER_BAD_INPUT,
-                            "%s: diffractions=\"%u\" is more than this version computes; expected 0 or 1 a path",
-                            config->file, config->diffractions);
+                            "%s:%d: diffractions=\"%u\" is more than this version computes; expected 0 or 1", file, line,
+                            config->diffractions);
     if (config->interactions > KELLER_MAX_INTERACTIONS)
-        return keller_error(error, KELLER_BAD_INPUT, "%s: interactions=\"%u\" is too many; expected at most %d",
-                            config->file, config->interactions, KELLER_MAX_INTERACTIONS);
-    KellerMedium *media;
-    KellerError inner;
-    KellerStatus status = keller_media_table(scene, config->frequency_count, config->frequencies, &media, &inner);
-    if (status != KELLER_OK) return keller_error(error, status, "%s: %s", config->file, inner.message);
-    free(media);
+        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: interactions=\"%u\" is too many; expected at most %d", file,
+                            line, config->interactions, KELLER_MAX_INTERACTIONS);
+    for (size_t f = 0; f < config->frequency_count; f++) {
+        KellerMedium *media;
+        KellerError inner;
+        KellerStatus status = keller_media_table(scene, 1, &config->frequencies[f], &media, &inner);
+        if (status != KELLER_OK)
+            return keller_error(error, status, "%s:%d: %s", file,
+                                config->frequency_lines ? config->frequency_lines[f] : 0, inner.message);
+        free(media);
+    }
     return KELLER_OK;
 }
 

@@ -488,7 +488,7 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
     }
     if (failed) {
         trie_free(trie);
-        return keller_error(error, KELLER_FAILED, "out of memory in the candidate search");
+        return keller_error(error, KELLER_FAILED, TRIE_FULL);
     }
     return KELLER_OK;
 }

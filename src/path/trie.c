@@ -58,7 +58,7 @@ uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
         if (n->parent == parent && n->code == code) return t->slots[s];
     }
     if (t->count == t->capacity) {
-        if (t->capacity > UINT32_MAX / 4) return KELLER_NONE;
+        if (t->capacity >= TRIE_MOST) return KELLER_NONE;
         TrieNode *nodes = realloc(t->nodes, 2 * (size_t)t->capacity * sizeof *nodes);
         if (!nodes) return KELLER_NONE;
         t->nodes = nodes;

@@ -3,6 +3,10 @@
 #define KELLER_PATH_TRIE_H
 #include "path/internal.h"
 
+/* Sequences that one end may have; beyond, the orders asked for are out of reach (2^27 take 3 GB with their table). */
+#define TRIE_MOST (1u << 27)
+#define TRIE_FULL "more candidate sequences than memory, or 134 million, holds; expected fewer interactions"
+
 typedef struct {
     uint32_t parent;
     StepCode code;
@@ -20,7 +24,7 @@ typedef struct {
 /* false: out of memory */
 bool trie_init(Trie *trie);
 void trie_free(Trie *trie);
-/* The sequence `parent` followed by `code`, added if new; KELLER_NONE: out of memory. */
+/* The sequence `parent` followed by `code`, added if new; KELLER_NONE: out of memory, or more than TRIE_MOST. */
 uint32_t trie_child(Trie *trie, uint32_t parent, StepCode code);
 /* Adds all sequences of `from` to `into`; false: out of memory. */
 bool trie_merge(Trie *into, const Trie *from);
