@@ -81,7 +81,8 @@ double keller_scene_contact(double diagonal);
 
 /* Builds the model from a soup whose materials are all resolved (no kind NAMED; every triangle has one). The soup is
  * read only. On success *scene is owned by the caller (keller_scene_free).
- * Errors: KELLER_FAILED (memory, more than 2^32 - 2 of anything). Zero triangles are allowed. */
+ * Errors: KELLER_FAILED (memory, more than 2^32 - 2 of anything, far too many triangles touching each other),
+ * KELLER_BAD_INPUT (a coordinate that is not finite or beyond 1e12 m). Zero triangles are allowed. */
 KellerStatus keller_scene_build(const KellerSoup *soup, KellerScene *scene, KellerError *error);
 
 /* Frees what *scene owns and empties it. */

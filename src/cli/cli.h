@@ -99,6 +99,7 @@ double keller_decibel(double amplitude);
 typedef struct {
     pthread_t thread;
     pthread_mutex_t lock;
+    bool done;
     char *file;
 } KellerInterrupt;
 bool keller_interrupt_start(KellerInterrupt *interrupt);

@@ -21,6 +21,10 @@ static void *watch(void *context)
     signals(&set);
     if (sigwait(&set, &number) != 0) return NULL;
     pthread_mutex_lock(&interrupt->lock);
+    if (interrupt->done) {
+        pthread_mutex_unlock(&interrupt->lock);
+        return NULL;
+    }
     if (interrupt->file) unlink(interrupt->file);
     static const char plain[] = "keller: interrupted; nothing was written\n";
     static const char terminal[] = "\r\033[Kkeller: interrupted; nothing was written\n";
@@ -52,7 +56,11 @@ void keller_interrupt_release(KellerInterrupt *interrupt, const char *file)
 
 void keller_interrupt_stop(KellerInterrupt *interrupt)
 {
-    pthread_cancel(interrupt->thread);
+    /* The thread ends by a signal of ours, not by cancelling: that would leave its stack poisoned for AddressSanitizer. */
+    pthread_mutex_lock(&interrupt->lock);
+    interrupt->done = true;
+    pthread_mutex_unlock(&interrupt->lock);
+    pthread_kill(interrupt->thread, SIGTERM);
     pthread_join(interrupt->thread, NULL);
     pthread_mutex_destroy(&interrupt->lock);
     free(interrupt->file);

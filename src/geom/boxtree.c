@@ -116,10 +116,9 @@ void keller_boxtree_free(KellerBoxTree *tree)
     free(tree);
 }
 
-/* What a query asks of a box. */
 /* The segment is a + t d, t in [0, 1]. Plain comparisons, because fmin() is a call. */
 typedef struct {
-    double a[3], d[3], inverse[3], margin;
+    double a[3], inverse[3], margin; /* inverse: 1/d; 0 where d is zero or so small that it would overflow */
     KellerBoxVisit visit;
     void *context;
 } Query;
@@ -129,13 +128,12 @@ static bool segment_meets(const Query *query, const Box *box)
     double near = 0, far = 1;
     for (int axis = 0; axis < 3; axis++) {
         double low = box->lower[axis] - query->margin - query->a[axis];
-        double high = box->upper[axis] + query->margin - query->a[axis], d = query->d[axis];
-        /* A short way across is a test of position; it also keeps the division from overflowing. */
-        if (d < 1e-300 && d > -1e-300) {
+        double high = box->upper[axis] + query->margin - query->a[axis], inverse = query->inverse[axis];
+        if (inverse == 0) {
             if (low > 0 || high < 0) return false;
             continue;
         }
-        double t0 = (d > 0 ? low : high) * query->inverse[axis], t1 = (d > 0 ? high : low) * query->inverse[axis];
+        double t0 = (inverse > 0 ? low : high) * inverse, t1 = (inverse > 0 ? high : low) * inverse;
         if (t0 > near) near = t0;
         if (t1 < far) far = t1;
         if (near > far + 1e-14) return false;
@@ -166,8 +164,9 @@ static void descend(const KellerBoxTree *tree, const Query *query)
 void keller_boxtree_segment(const KellerBoxTree *tree, KellerVec3 a, KellerVec3 b, double margin, KellerBoxVisit visit,
                             void *context)
 {
-    Query query = {.a = {a.x, a.y, a.z}, .d = {b.x - a.x, b.y - a.y, b.z - a.z}, .margin = margin,
-                   .visit = visit, .context = context};
-    for (int axis = 0; axis < 3; axis++) query.inverse[axis] = 1 / query.d[axis];
+    Query query = {.a = {a.x, a.y, a.z}, .margin = margin, .visit = visit, .context = context};
+    const double d[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
+    for (int axis = 0; axis < 3; axis++)
+        if (fabs(d[axis]) >= 1e-300) query.inverse[axis] = 1 / d[axis];
     descend(tree, &query);
 }

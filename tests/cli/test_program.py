@@ -227,6 +227,43 @@ def test_bad_configuration_names_file_and_line(folder, shared):
     assert "small.h5" not in names(folder)
 
 
+def test_what_this_version_does_not_compute_is_refused(folder, shared):
+    write_inputs(folder)
+    text = (folder / "small.xml").read_text()
+    paths = next(i for i, line in enumerate(text.splitlines(), 1) if "<paths" in line)
+    for old, new, line, word in [
+        ('diffractions="1"', 'diffractions="2"', paths, 'expected 0 or 1'),
+        ('diffractions="1"', 'transmissions="1"', paths, 'expected transmissions="0"'),
+        ('itu="concrete"', 'itu="wet_ground"', 4, "wet_ground"),        # 1 to 10 GHz: the second frequency is outside
+    ]:
+        (folder / "small.xml").write_text(text.replace(old, new))
+        if new == 'itu="wet_ground"':
+            line = 5                                                     # the line of 28 GHz
+        for verb in ["check", "run"]:
+            expect(keller(verb, "small.xml", cwd=folder), BAD_INPUT, f"small.xml:{line}: ", word)
+    assert names(folder) == ["scene.obj", "small.xml", "walk.csv"]
+
+
+def test_broken_scenes_name_file_and_line(folder, shared):
+    write_inputs(folder)
+    for text, words in [
+        ("v 0 0\nf 1 1 1\n", ["scene.obj:1: "]), ("v 0 0 nan\n", ["scene.obj:1: "]), ("v 0 0 1e999\n", ["scene.obj:1: "]),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", ["scene.obj:4: "]), ("v 0 0 0\nf 1 -2 1\n", ["scene.obj:2: "]),
+    ]:
+        (folder / "scene.obj").write_text(text)
+        expect(keller("run", "small.xml", cwd=folder), BAD_INPUT, *words)
+    assert names(folder) == ["scene.obj", "small.xml", "walk.csv"]
+
+
+def test_an_empty_scene_is_free_space(folder, shared):
+    write_inputs(folder)
+    (folder / "scene.obj").write_text("# nothing\n")
+    expect(keller("run", "small.xml", cwd=folder), DONE)
+    rows = json.loads(expect(keller("paths", "small.h5", "--format", "json", cwd=folder), DONE).stdout)
+    rows = rows["paths"] if isinstance(rows, dict) else rows
+    assert len(rows) == 2 * RECEIVERS, len(rows)     # line of sight only, from both transmitters to all
+
+
 def test_check_says_what_would_run_and_writes_nothing(folder, shared):
     write_inputs(folder)
     before = names(folder)
