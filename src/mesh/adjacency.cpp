@@ -110,8 +110,8 @@ private:
         }
     }
 
-    // Turns each patch after its first triangle, and notes the order in which it grew; a side whose two triangles cannot
-    // agree is no longer a connection.
+    // Turns each patch after its first triangle, and notes the order in which it grew; a side whose two triangles
+    // cannot agree is no longer a connection.
     void orient()
     {
         flipped_.assign(corners_.size(), 0);

@@ -1,6 +1,6 @@
-/* mesh/build.h -- what the stages of keller_scene_build share. In order: clean, adjacency, contact (touches), faces, planes,
- * border, fan (sectors), wedges. Every stage returns false only when memory runs
- * out (or when the scene is too crowded). */
+/* mesh/build.h -- what the stages of keller_scene_build share. In order: clean, adjacency, contact (touches), faces,
+ * planes, border, fan (sectors), wedges. Every stage returns false only when memory runs out (or when the scene is
+ * too crowded). */
 #ifndef KELLER_MESH_BUILD_H
 #define KELLER_MESH_BUILD_H
 #include <stdbool.h>
@@ -136,9 +136,9 @@ bool keller_mesh_border(KellerBuild *build);
 /* fan.c: the sectors around all edges that are not flat, piece by piece. */
 bool keller_mesh_sectors(KellerBuild *build);
 
-/* chain.c: joins sectors that follow each other along a line; calls `emit` for each maximal piece with the sectors in it.
- * `from` and `to` are its ends (as in KellerSector); `reversed` tells for the sector that stands for the piece (the
- * longest) whether it runs from `to` to `from`. */
+/* chain.c: joins sectors that follow each other along a line; calls `emit` for each maximal piece with the sectors
+ * in it. `from` and `to` are its ends (as in KellerSector); `reversed` tells for the sector that stands for the
+ * piece (the longest) whether it runs from `to` to `from`. */
 typedef bool (*KellerEmitWedge)(KellerBuild *build, void *context, uint32_t from, uint32_t to, size_t count,
                                 const uint32_t *sectors, uint32_t model, bool reversed);
 bool keller_mesh_chains(KellerBuild *build, KellerEmitWedge emit, void *context);

@@ -4,7 +4,8 @@
 /* More ends than this of one pair of faces at one point are no line; they stay apart. */
 enum { MOST_AT_NODE = 64 };
 
-/* One end of a sector, seen from outside: away from it the sector lies between face[0] and, counter-clockwise, face[1]. */
+/* One end of a sector, seen from outside: away from it the sector lies between face[0] and, counter-clockwise,
+ * face[1]. */
 typedef struct {
     uint32_t node, face[2], sector, end;
 } End;
@@ -118,7 +119,8 @@ static bool emit_pieces(Chains *chains, size_t count, size_t (*stack)[2], Keller
         for (size_t i = begin; i < end; i++) {
             const KellerSector *sector = &build->sectors[chains->chain[i]];
             double length = v3_distance(place(build, sector->end[0]), place(build, sector->end[1]));
-            double off = i + 1 < end ? off_line(end_place(build, 2 * chains->chain[i] + (chains->entry[i] ^ 1)), a, b) : 0;
+            double off =
+                i + 1 < end ? off_line(end_place(build, 2 * chains->chain[i] + (chains->entry[i] ^ 1)), a, b) : 0;
             if (off > most) {
                 most = off;
                 split = i + 1;
@@ -135,8 +137,8 @@ static bool emit_pieces(Chains *chains, size_t count, size_t (*stack)[2], Keller
             stack[depth++][1] = split;
             continue;
         }
-        if (!emit(build, context, build->sectors[from / 2].end[from % 2], build->sectors[to / 2].end[to % 2], end - begin,
-                  chains->chain + begin, chains->chain[model], chains->entry[model] == 1))
+        if (!emit(build, context, build->sectors[from / 2].end[from % 2], build->sectors[to / 2].end[to % 2],
+                  end - begin, chains->chain + begin, chains->chain[model], chains->entry[model] == 1))
             return false;
     }
     return true;
@@ -170,7 +172,8 @@ bool keller_mesh_chains(KellerBuild *build, KellerEmitWedge emit, void *context)
     chains.done = keller_mesh_allocate(build, count, sizeof *chains.done);
     chains.chain = keller_mesh_allocate(build, count, sizeof *chains.chain);
     chains.entry = keller_mesh_allocate(build, count, sizeof *chains.entry);
-    bool ok = places && stack && chains.node && chains.ends && chains.link && chains.done && chains.chain && chains.entry;
+    bool ok =
+        places && stack && chains.node && chains.ends && chains.link && chains.done && chains.chain && chains.entry;
     for (uint32_t i = 0; ok && i < 2 * count; i++) places[i] = end_place(build, i);
     ok = ok && keller_mesh_weld(build, 2 * count, places, build->contact, chains.node);
     if (ok) {

@@ -7,9 +7,10 @@
 /* Vertices nearer than this share of the contact tolerance are one: 1 unit in the last place of the single precision
  * that files carry, at the scene's diagonal. */
 #define WELD_SHARE 0.25
-/* A triangle lower than this share of the contact tolerance is left out. It is a T-junction and no more; what it covers,
- * 1e-10 m in a scene of metres, is still far above the rounding of double precision (2e-12 m at 10 km from the origin),
- * so that its neighbours, which touch, leave nothing a ray could slip through but what rounding leaves anyway. */
+/* A triangle lower than this share of the contact tolerance is left out. It is a T-junction and no more; what it
+ * covers, 1e-10 m in a scene of metres, is still far above the rounding of double precision (2e-12 m at 10 km from
+ * the origin), so that its neighbours, which touch, leave nothing a ray could slip through but what rounding leaves
+ * anyway. */
 #define HEIGHT_SHARE 1e-4
 
 static KellerTriangleShape shape_of(KellerVec3 a, KellerVec3 b, KellerVec3 c)
@@ -157,7 +158,8 @@ static size_t fill_rows(KellerBuild *build, const KellerSoup *soup, const uint32
 }
 
 /* Numbers the vertices that the rows use by position and renames them in the rows. */
-static bool number_vertices(KellerBuild *build, size_t point_count, const KellerVec3 *points, size_t row_count, Row *rows)
+static bool number_vertices(KellerBuild *build, size_t point_count, const KellerVec3 *points, size_t row_count,
+                            Row *rows)
 {
     KellerScene *scene = build->scene;
     uint32_t *number = keller_mesh_allocate(build, point_count, sizeof *number);

@@ -63,13 +63,15 @@ static bool overlap(const Search *search, uint32_t other, KellerTouch *touch, do
     touch->edge = other;
     double least = least_overlap(search, v3_norm(way));
     if (!(touch->end - touch->begin >= least) || !(least > 0)) return false;
-    KellerVec3 at0 = v3_madd(p, way, (touch->begin - t0) / (t1 - t0)), at1 = v3_madd(p, way, (touch->end - t0) / (t1 - t0));
+    KellerVec3 at0 = v3_madd(p, way, (touch->begin - t0) / (t1 - t0)),
+               at1 = v3_madd(p, way, (touch->end - t0) / (t1 - t0));
     *apart = fmax(v3_distance(at0, v3_madd(search->a, search->d, touch->begin)),
                   v3_distance(at1, v3_madd(search->a, search->d, touch->end)));
     return true;
 }
 
-/* The side of the triangle that runs along the edge, within the contact tolerance all the way; the nearest if two do. */
+/* The side of the triangle that runs along the edge, within the contact tolerance all the way; the nearest if two
+ * do. */
 static bool along_side(const Search *search, uint32_t triangle, KellerTouch *touch)
 {
     double best = search->build->contact;
@@ -122,8 +124,8 @@ static bool through_inside(const Search *search, uint32_t triangle, KellerTouch 
     /* The edge leaves the plane at neither end: it lies in it. */
     double off = v3_dot(normal, v3_sub(search->a, corner[0])), rise = v3_dot(normal, search->d);
     if (fabs(off + rise * begin) > build->contact || fabs(off + rise * end) > build->contact) return false;
-    /* It gets deeper into the triangle than the tolerance, or it only cuts a corner or runs along the border. The depth is
-     * concave and piecewise linear: its maximum is at an end or where two of the three distances are equal. */
+    /* It gets deeper into the triangle than the tolerance, or it only cuts a corner or runs along the border. The
+     * depth is concave and piecewise linear: its maximum is at an end or where two of the three distances are equal. */
     t[0] = begin, t[1] = end;
     for (int i = 0; i < 3; i++) t[2 + i] = (at0[(i + 1) % 3] - at0[i]) / (slope[i] - slope[(i + 1) % 3]);
     double deepest = 0;
@@ -143,17 +145,19 @@ static bool at_edge(const KellerAdjacency *adjacency, uint32_t triangle, uint32_
     return sides[0] == edge || sides[1] == edge || sides[2] == edge;
 }
 
-/* False if the edge stays farther than the tolerance from the triangle: what is left of it near the plane is outside one
- * of the sides. Most triangles whose box is near are dismissed here, so it does without square roots. */
+/* False if the edge stays farther than the tolerance from the triangle: what is left of it near the plane is outside
+ * one of the sides. Most triangles whose box is near are dismissed here, so it does without square roots. */
 static bool comes_near(const Search *search, uint32_t triangle)
 {
     const KellerBuild *build = search->build;
     KellerVec3 normal = build->shape[triangle].normal, corner[3];
     for (int i = 0; i < 3; i++) corner[i] = keller_mesh_corner(build->scene, triangle, i);
-    double reach = 2 * build->contact, off = v3_dot(normal, v3_sub(search->a, corner[0])), rise = v3_dot(normal, search->d);
+    double reach = 2 * build->contact, off = v3_dot(normal, v3_sub(search->a, corner[0])),
+           rise = v3_dot(normal, search->d);
     double begin = 0, end = search->length;
     if (fabs(rise) > 1e-12) {
-        double t0 = (-reach - off) / rise, t1 = (reach - off) / rise, first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
+        double t0 = (-reach - off) / rise, t1 = (reach - off) / rise, first = t0 < t1 ? t0 : t1,
+               last = t0 < t1 ? t1 : t0;
         if (first > begin) begin = first;
         if (last < end) end = last;
         if (begin > end) return false;
@@ -251,7 +255,8 @@ static bool plainly_flat(const KellerBuild *build, uint32_t edge)
     uint32_t begin = adjacency->begin[edge];
     if (adjacency->begin[edge + 1] - begin != 2) return false;
     uint32_t t = adjacency->triangles[begin], u = adjacency->triangles[begin + 1];
-    if (keller_mesh_thin(build, t) || keller_mesh_thin(build, u) || build->material[t] != build->material[u]) return false;
+    if (keller_mesh_thin(build, t) || keller_mesh_thin(build, u) || build->material[t] != build->material[u])
+        return false;
     if (v3_norm(v3_cross(build->shape[t].normal, build->shape[u].normal)) > KELLER_FLAT_ANGLE) return false;
     const KellerScene *scene = build->scene;
     KellerVec3 a = scene->vertices[adjacency->vertices[edge][0]], b = scene->vertices[adjacency->vertices[edge][1]];

@@ -123,7 +123,8 @@ typedef struct {
 static bool fits(const KellerBuild *build, uint32_t t, Plane plane)
 {
     for (int i = 0; i < 3; i++)
-        if (fabs(v3_dot(plane.normal, keller_mesh_corner(build->scene, t, i)) - plane.offset) > build->contact) return false;
+        if (fabs(v3_dot(plane.normal, keller_mesh_corner(build->scene, t, i)) - plane.offset) > build->contact)
+            return false;
     /* Below this height the corners' tolerance alone turns the normal by the flat angle: distance decides. */
     if (build->shape[t].height * KELLER_FLAT_ANGLE < build->contact) return true;
     return v3_norm(v3_cross(build->shape[t].normal, plane.normal)) <= KELLER_FLAT_ANGLE;
@@ -166,7 +167,8 @@ static Plane grow(Growth *growth, uint32_t seed, size_t *count)
     return fit(build, growth->list, *count, plane);
 }
 
-/* The first component that is not zero is positive; zero means below any rounding, so that rounding does not turn it. */
+/* The first component that is not zero is positive; zero means below any rounding, so that rounding does not turn
+ * it. */
 static Plane canonical(Plane plane)
 {
     const double zero = 1e-9;
@@ -226,7 +228,8 @@ static bool store(KellerBuild *build, size_t count, Rank *ranks)
         for (uint32_t f = 0; f < count; f++) {
             number[ranks[f].index] = f;
             Plane plane = canonical(ranks[f].plane);
-            scene->faces[f] = (KellerFace){.normal = plane.normal, .offset = plane.offset, .material = ranks[f].material};
+            scene->faces[f] =
+                (KellerFace){.normal = plane.normal, .offset = plane.offset, .material = ranks[f].material};
         }
         for (size_t t = 0; t < scene->triangle_count; t++) {
             scene->triangle_face[t] = number[scene->triangle_face[t]];
@@ -257,7 +260,8 @@ bool keller_mesh_faces(KellerBuild *build)
     growth.list = keller_mesh_allocate(build, triangles, sizeof *growth.list);
     Seed *seeds = keller_mesh_allocate(build, triangles, sizeof *seeds);
     Rank *ranks = keller_mesh_allocate(build, triangles, sizeof *ranks);
-    bool ok = growth.face && growth.round && growth.list && seeds && ranks && find_neighbours(build, &growth.neighbours);
+    bool ok =
+        growth.face && growth.round && growth.list && seeds && ranks && find_neighbours(build, &growth.neighbours);
     if (ok) {
         memset(growth.face, 0xff, triangles * sizeof *growth.face);
         for (uint32_t t = 0; t < triangles; t++) seeds[t] = (Seed){build->shape[t].area, t};
@@ -267,7 +271,8 @@ bool keller_mesh_faces(KellerBuild *build)
             size_t members;
             Plane plane = grow(&growth, seeds[s].triangle, &members);
             for (size_t i = 0; i < members; i++) growth.face[growth.list[i]] = (uint32_t)count;
-            ranks[count] = (Rank){.vertex = KELLER_NONE, .triangle = KELLER_NONE, .index = (uint32_t)count, .plane = plane};
+            ranks[count] =
+                (Rank){.vertex = KELLER_NONE, .triangle = KELLER_NONE, .index = (uint32_t)count, .plane = plane};
             count++;
         }
         ok = store(build, count, ranks);

@@ -58,8 +58,8 @@ static KellerVec3 outward(const Fan *fan, uint32_t triangle)
     return far;
 }
 
-/* The unit vector in the plane with this normal, perpendicular to the edge, on the side of `far`; `far` itself where the
- * plane does not hold the edge (only faces smaller than the tolerance do that). */
+/* The unit vector in the plane with this normal, perpendicular to the edge, on the side of `far`; `far` itself where
+ * the plane does not hold the edge (only faces smaller than the tolerance do that). */
 static KellerVec3 tangent_of(const Fan *fan, KellerVec3 normal, KellerVec3 far)
 {
     KellerVec3 n = v3_madd(normal, fan->d, -v3_dot(normal, fan->d));
@@ -71,7 +71,8 @@ static KellerVec3 tangent_of(const Fan *fan, KellerVec3 normal, KellerVec3 far)
 static bool add_half(Fan *fan, uint32_t touch, uint32_t triangle, KellerVec3 far)
 {
     KellerBuild *build = fan->build;
-    if (!keller_mesh_reserve(build, (void **)&fan->halves, &fan->half_capacity, fan->half_count + 1, sizeof *fan->halves))
+    if (!keller_mesh_reserve(build, (void **)&fan->halves, &fan->half_capacity, fan->half_count + 1,
+                             sizeof *fan->halves))
         return false;
     uint32_t face = build->scene->triangle_face[triangle];
     KellerVec3 common = tangent_of(fan, build->plane_normal[build->scene->faces[face].plane], far);
@@ -91,7 +92,8 @@ static int by_angle(const void *x, const void *y)
 
 static bool add_cut(Fan *fan, double t, uint32_t point)
 {
-    if (!keller_mesh_reserve(fan->build, (void **)&fan->cuts, &fan->cut_capacity, fan->cut_count + 1, sizeof *fan->cuts))
+    if (!keller_mesh_reserve(fan->build, (void **)&fan->cuts, &fan->cut_capacity, fan->cut_count + 1,
+                             sizeof *fan->cuts))
         return false;
     fan->cuts[fan->cut_count++] = (Cut){t, point};
     return true;
@@ -113,7 +115,8 @@ static bool open_fan(Fan *fan, uint32_t edge)
     const KellerTouch *touch = build->touches + build->touch_begin[edge];
     for (uint32_t i = 0; i < build->touch_number[edge]; i++) {
         KellerVec3 far = outward(fan, touch[i].triangle);
-        if (touch[i].kind == KELLER_TOUCH_INSIDE && !add_half(fan, i, touch[i].triangle, v3_scale(far, -1))) return false;
+        if (touch[i].kind == KELLER_TOUCH_INSIDE && !add_half(fan, i, touch[i].triangle, v3_scale(far, -1)))
+            return false;
         if (!add_half(fan, i, touch[i].triangle, far)) return false;
         if (!add_cut(fan, touch[i].begin, touch[i].begin_vertex) || !add_cut(fan, touch[i].end, touch[i].end_vertex))
             return false;
@@ -155,12 +158,13 @@ static void join_cuts(Fan *fan)
     fan->cut_count = kept;
 }
 
-/* Brings the half-planes over the point at t up to date; t only ever grows, and touches are in order of their beginnings, so
- * that a long edge with many short touches takes no more than a sweep. */
+/* Brings the half-planes over the point at t up to date; t only ever grows, and touches are in order of their
+ * beginnings, so that a long edge with many short touches takes no more than a sweep. */
 static bool advance(Fan *fan, double t)
 {
     const KellerTouch *touch = fan->build->touches + fan->build->touch_begin[fan->edge];
-    if (!keller_mesh_reserve(fan->build, (void **)&fan->active, &fan->active_capacity, fan->half_count, sizeof *fan->active))
+    if (!keller_mesh_reserve(fan->build, (void **)&fan->active, &fan->active_capacity, fan->half_count,
+                             sizeof *fan->active))
         return false;
     for (; fan->next_half < fan->half_count && touch[fan->halves[fan->next_half].touch].begin <= t; fan->next_half++)
         fan->active[fan->active_count++] = (uint32_t)fan->next_half;
@@ -319,9 +323,11 @@ static bool scan(Fan *fan)
         if (!advance(fan, middle) || !select_present(fan) || !find_clusters(fan)) return false;
         corner = corner || fan->cluster_count > 1;
         if (claimed(fan, middle)) continue;
-        if (!keller_mesh_reserve(build, (void **)&fan->spans, &fan->span_capacity, fan->span_count + 1, sizeof *fan->spans))
+        if (!keller_mesh_reserve(build, (void **)&fan->spans, &fan->span_capacity, fan->span_count + 1,
+                                 sizeof *fan->spans))
             return false;
-        if (fan->span_count > first && fan->spans[fan->span_count - 1].end == begin) fan->spans[fan->span_count - 1].end = end;
+        if (fan->span_count > first && fan->spans[fan->span_count - 1].end == begin)
+            fan->spans[fan->span_count - 1].end = end;
         else fan->spans[fan->span_count++] = (Span){begin, end};
         if (!add_sectors(fan, i)) return false;
     }

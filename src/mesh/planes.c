@@ -44,7 +44,8 @@ static void visit(void *context, uint32_t item)
 
 static double minor(const double m[3][4], int c0, int c1, int c2)
 {
-    return m[0][c0] * (m[1][c1] * m[2][c2] - m[1][c2] * m[2][c1]) - m[0][c1] * (m[1][c0] * m[2][c2] - m[1][c2] * m[2][c0]) +
+    return m[0][c0] * (m[1][c1] * m[2][c2] - m[1][c2] * m[2][c1]) -
+           m[0][c1] * (m[1][c0] * m[2][c2] - m[1][c2] * m[2][c0]) +
            m[0][c2] * (m[1][c0] * m[2][c1] - m[1][c1] * m[2][c0]);
 }
 
@@ -95,11 +96,11 @@ static int by_number(const void *x, const void *y)
 
 /* ---- which faces may lie in a plane: an index in the space of planes ---- */
 
-/* A plane that is steepest along an axis is a height over the other two: h = p u + q v + r, with r taken at the middle of
- * the scene, and |p|, |q| <= 1. Each axis has a tree of boxes in (p, q, r), p and q scaled to lengths. If all corners
- * of a face lie within the tolerance of a plane, that plane and the face's own differ in height by at most m at
- * the corners, hence by a slope of at most 2 m over the width of the face's shadow, and in r by m and that slope times
- * the way to the middle: the face's box. */
+/* A plane that is steepest along an axis is a height over the other two: h = p u + q v + r, with r taken at the
+ * middle of the scene, and |p|, |q| <= 1. Each axis has a tree of boxes in (p, q, r), p and q scaled to lengths. If
+ * all corners of a face lie within the tolerance of a plane, that plane and the face's own differ in height by at
+ * most m at the corners, hence by a slope of at most 2 m over the width of the face's shadow, and in r by m and that
+ * slope times the way to the middle: the face's box. */
 typedef struct {
     KellerBoxTree *tree[3];
     uint32_t *face[3];        /* by item of the tree */
@@ -107,8 +108,8 @@ typedef struct {
     double scale;
 } PlaneIndex;
 
-/* Faces steeper than this over an axis are not in its tree: sqrt(1/0.3^2 - 1) = 3.2, more than a plane's sqrt(2) and the
- * difference of 1 up to which slopes are compared at all. */
+/* Faces steeper than this over an axis are not in its tree: sqrt(1/0.3^2 - 1) = 3.2, more than a plane's sqrt(2) and
+ * the difference of 1 up to which slopes are compared at all. */
 #define LEAST_COMPONENT 0.3
 
 static double component(KellerVec3 p, int axis)
@@ -124,8 +125,8 @@ static KellerVec3 coordinates(const PlaneIndex *index, Plane plane, int axis)
 }
 
 /* The box of a face, or false if no plane of this axis comes near it. */
-static bool face_box(const KellerBuild *build, const PlaneIndex *index, const KellerFace *face, KellerVec3 corner, int axis,
-                     KellerVec3 *lower, KellerVec3 *upper)
+static bool face_box(const KellerBuild *build, const PlaneIndex *index, const KellerFace *face, KellerVec3 corner,
+                     int axis, KellerVec3 *lower, KellerVec3 *upper)
 {
     const KellerScene *scene = build->scene;
     double width = 0, stray = 0, near = INFINITY, everywhere = 1e30;
@@ -149,7 +150,8 @@ static bool face_box(const KellerBuild *build, const PlaneIndex *index, const Ke
     if (fabs(component(face->normal, axis)) < LEAST_COMPONENT) return false;
     Plane plane = {face->normal, v3_madd(corner, face->normal, face->offset - v3_dot(face->normal, corner))};
     KellerVec3 at = coordinates(index, plane, axis);
-    KellerVec3 reach = v3(slope * index->scale + rounding, slope * index->scale + rounding, m + slope * near + rounding);
+    KellerVec3 reach =
+        v3(slope * index->scale + rounding, slope * index->scale + rounding, m + slope * near + rounding);
     *lower = v3_sub(at, reach);
     *upper = v3_add(at, reach);
     return true;

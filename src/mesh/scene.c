@@ -19,13 +19,15 @@ double keller_scene_contact(double diagonal)
 static KellerStatus check(const KellerSoup *soup, KellerError *error)
 {
     const size_t most = UINT32_MAX - 2;
-    if (soup->vertex_count > most || soup->triangle_count > most || soup->object_count > most || soup->material_count > most)
+    if (soup->vertex_count > most || soup->triangle_count > most || soup->object_count > most ||
+        soup->material_count > most)
         return keller_error(error, KELLER_FAILED, "the scene has more than %zu vertices or triangles; split it", most);
     for (size_t i = 0; i < soup->vertex_count; i++) {
         KellerVec3 p = soup->vertices[i];
         if (!(fabs(p.x) <= FARTHEST && fabs(p.y) <= FARTHEST && fabs(p.z) <= FARTHEST))
-            return keller_error(error, KELLER_BAD_INPUT, "vertex %zu is at (%g, %g, %g); expected coordinates within %g m",
-                                i, p.x, p.y, p.z, FARTHEST);
+            return keller_error(error, KELLER_BAD_INPUT,
+                                "vertex %zu is at (%g, %g, %g); expected coordinates within %g m", i, p.x, p.y, p.z,
+                                FARTHEST);
     }
     return KELLER_OK;
 }
@@ -53,7 +55,8 @@ static bool write_notes(KellerBuild *build)
         used += snprintf(text + used, sizeof text - (size_t)used, "%zu vertices are within %g m of others: welded\n",
                          report->welded_vertices, build->contact / 4);
     if (report->degenerate)
-        used += snprintf(text + used, sizeof text - (size_t)used, "%zu triangles have no area: left out\n", report->degenerate);
+        used += snprintf(text + used, sizeof text - (size_t)used, "%zu triangles have no area: left out\n",
+                         report->degenerate);
     if (report->duplicate)
         used += snprintf(text + used, sizeof text - (size_t)used,
                          "%zu triangles repeat others of the same material: left out\n", report->duplicate);
@@ -113,11 +116,12 @@ KellerStatus keller_scene_build(const KellerSoup *soup, KellerScene *scene, Kell
         }
     }
     if (!ok) {
-        status = build.crowded ? keller_error(error, KELLER_FAILED,
-                                              "too many triangles touch each other along their edges; expected fewer than "
-                                              "%d for an edge on average (is one vertex far away from all others?)",
-                                              KELLER_MESH_CROWD)
-                               : keller_error_memory(error, build.bytes);
+        status = build.crowded
+                     ? keller_error(error, KELLER_FAILED,
+                                    "too many triangles touch each other along their edges; expected fewer than "
+                                    "%d for an edge on average (is one vertex far away from all others?)",
+                                    KELLER_MESH_CROWD)
+                     : keller_error_memory(error, build.bytes);
     }
     free_build(&build);
     if (status != KELLER_OK) keller_scene_free(scene);

@@ -25,11 +25,12 @@ static int by_number(const void *x, const void *y)
     return (a > b) - (a < b);
 }
 
-static bool collect(KellerBuild *build, void *context, uint32_t from, uint32_t to, size_t count, const uint32_t *sectors,
-                    uint32_t model, bool reversed)
+static bool collect(KellerBuild *build, void *context, uint32_t from, uint32_t to, size_t count,
+                    const uint32_t *sectors, uint32_t model, bool reversed)
 {
     Drafts *drafts = context;
-    if (!keller_mesh_reserve(build, (void **)&drafts->drafts, &drafts->capacity, drafts->count + 1, sizeof *drafts->drafts))
+    if (!keller_mesh_reserve(build, (void **)&drafts->drafts, &drafts->capacity, drafts->count + 1,
+                             sizeof *drafts->drafts))
         return false;
     Draft draft = {.end = {from, to}, .model = model, .reversed = reversed, .plane_begin = drafts->planes_count};
     for (size_t i = 0; i < count; i++) {
@@ -38,7 +39,8 @@ static bool collect(KellerBuild *build, void *context, uint32_t from, uint32_t t
         if (!keller_mesh_reserve(build, (void **)&drafts->planes, &drafts->planes_capacity, drafts->planes_count + more,
                                  sizeof *drafts->planes))
             return false;
-        memcpy(drafts->planes + drafts->planes_count, build->planes + sector->plane_begin, more * sizeof *drafts->planes);
+        memcpy(drafts->planes + drafts->planes_count, build->planes + sector->plane_begin,
+               more * sizeof *drafts->planes);
         drafts->planes_count += more;
     }
     uint32_t *planes = drafts->planes + draft.plane_begin;

@@ -43,7 +43,8 @@ static uint32_t nearest(const Grid *grid, const KellerVec3 *points, KellerVec3 p
         size_t at = slot(grid, i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1);
         for (uint32_t r = grid->head[at]; r != KELLER_NONE; r = grid->next[r]) {
             double d = v3_distance(points[r], p);
-            if (d < best || (d == best && (found == KELLER_NONE || keller_mesh_compare(points[r], points[found]) < 0))) {
+            if (d < best ||
+                (d == best && (found == KELLER_NONE || keller_mesh_compare(points[r], points[found]) < 0))) {
                 best = d;
                 found = r;
             }

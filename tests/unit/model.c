@@ -87,7 +87,8 @@ void model_triangle(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, uint
     soup->object[t] = material;
 }
 
-void model_quad(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerVec3 d, bool other_diagonal, uint32_t material)
+void model_quad(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerVec3 d, bool other_diagonal,
+                uint32_t material)
 {
     if (other_diagonal) {
         model_triangle(model, a, b, d, material);
@@ -103,7 +104,8 @@ void model_prism(Model *model, size_t corners, const double (*xy)[2], double z0,
 {
     for (size_t i = 0; i < corners; i++) {
         const double *p = xy[i], *q = xy[(i + 1) % corners];
-        model_quad(model, v3(p[0], p[1], z0), v3(q[0], q[1], z0), v3(q[0], q[1], z1), v3(p[0], p[1], z1), i & 1, material);
+        model_quad(model, v3(p[0], p[1], z0), v3(q[0], q[1], z0), v3(q[0], q[1], z1), v3(p[0], p[1], z1), i & 1,
+                   material);
         if (i < 1 || i + 1 >= corners) continue;
         const double *o = xy[0];
         if (bottom) model_triangle(model, v3(o[0], o[1], z0), v3(q[0], q[1], z0), v3(p[0], p[1], z0), material);
@@ -120,7 +122,8 @@ void model_box(Model *model, KellerVec3 lower, KellerVec3 upper, bool bottom, ui
 void model_turn(Model *model)
 {
     KellerVec3 x = v3_unit(v3(model_random(model, -1, 1), model_random(model, -1, 1), model_random(model, -1, 1)));
-    KellerVec3 y = v3_unit(v3_cross(x, v3(model_random(model, -1, 1), model_random(model, -1, 1), model_random(model, -1, 1))));
+    KellerVec3 y =
+        v3_unit(v3_cross(x, v3(model_random(model, -1, 1), model_random(model, -1, 1), model_random(model, -1, 1))));
     KellerVec3 z = v3_cross(x, y);
     for (size_t i = 0; i < model->soup.vertex_count; i++) {
         KellerVec3 p = model->soup.vertices[i];
@@ -171,7 +174,8 @@ void model_cut(Model *model, int times, bool junctions)
         size_t count = soup->triangle_count;
         for (size_t u = 0; u < count; u++)
             for (int k = 0; k < 3; k++) {
-                KellerVec3 q = soup->vertices[soup->triangles[u][k]], r = soup->vertices[soup->triangles[u][(k + 1) % 3]];
+                KellerVec3 q = soup->vertices[soup->triangles[u][k]],
+                           r = soup->vertices[soup->triangles[u][(k + 1) % 3]];
                 bool shared = (equal(q, a) && equal(r, b)) || (equal(q, b) && equal(r, a));
                 if (!shared || (junctions && u != t)) continue;
                 halve(model, u, k, p);

@@ -19,7 +19,8 @@ void model_close(Model *model);
 double model_random(Model *model, double low, double high);
 void model_triangle(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, uint32_t material);
 /* a, b, c, d in order around; cut along a-c, or along b-d where other_diagonal. */
-void model_quad(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerVec3 d, bool other_diagonal, uint32_t material);
+void model_quad(Model *model, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerVec3 d, bool other_diagonal,
+                uint32_t material);
 /* An upright prism over a convex polygon, counter-clockwise; lids as asked. */
 void model_prism(Model *model, size_t corners, const double (*xy)[2], double z0, double z1, bool bottom, bool top,
                  uint32_t material);

@@ -33,7 +33,8 @@ static void height_is_up(void **state)
     assert_near(keller_geo_to_local(munich, point), 0, 0, 100, 1e-8);
 }
 
-/* From (0, 0) on the equator, x is the sine of the longitude on a circle of radius a: x = a sin(1 deg), z = a (cos - 1). */
+/* From (0, 0) on the equator, x is the sine of the longitude on a circle of radius a: x = a sin(1 deg), z = a (cos -
+ * 1). */
 static void equator(void **state)
 {
     (void)state;

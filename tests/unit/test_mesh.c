@@ -56,8 +56,9 @@ static size_t build_quietly(size_t vertices, size_t count, uint32_t (*triangles)
     for (size_t i = 0; i < vertices; i++) points[i] = v3(real(0, 1), real(0, 1), real(0, 1));
     KellerAdjacency adjacency;
     KellerError error;
-    assert_int_equal(keller_adjacency_build(vertices, points, count, (const uint32_t (*)[3])triangles, &adjacency, &error),
-                     KELLER_OK);
+    assert_int_equal(
+        keller_adjacency_build(vertices, points, count, (const uint32_t(*)[3])triangles, &adjacency, &error),
+        KELLER_OK);
     assert_complete(count, triangles, &adjacency);
     size_t cuts = adjacency.cuts;
     keller_adjacency_free(&adjacency);
@@ -136,7 +137,8 @@ static void box_tree(void **state)
         KellerBoxTree *tree = keller_boxtree_build(count, lower, upper);
         assert_non_null(tree);
         for (int round = 0; round < 50; round++) {
-            KellerVec3 a = v3(real(-12, 12), real(-12, 12), real(-2, 2)), b = v3(real(-12, 12), real(-12, 12), real(-2, 2));
+            KellerVec3 a = v3(real(-12, 12), real(-12, 12), real(-2, 2)),
+                       b = v3(real(-12, 12), real(-12, 12), real(-2, 2));
             if (round % 3 == 0) b = v3(a.x, a.y, b.z);
             if (round % 7 == 0) b = a;
             double margin = round % 2 ? 0 : real(0, 0.5);
@@ -162,7 +164,10 @@ static void box_tree(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_soup), cmocka_unit_test(manifolds), cmocka_unit_test(silence), cmocka_unit_test(box_tree),
+        cmocka_unit_test(random_soup),
+        cmocka_unit_test(manifolds),
+        cmocka_unit_test(silence),
+        cmocka_unit_test(box_tree),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests_name("mesh", tests, NULL, NULL);

@@ -37,8 +37,8 @@ static KellerScene build(const KellerSoup *soup)
     return scene;
 }
 
-/* 38,938 triangles, 22,968 vertices once welded, 62,002 edges, of which 7,217 have one triangle and 14 more than two; 6,409
- * of the 7,217 stand on the ground, some of the others on roofs, so that at most 808 rims can be left. */
+/* 38,938 triangles, 22,968 vertices once welded, 62,002 edges, of which 7,217 have one triangle and 14 more than
+ * two; 6,409 of the 7,217 stand on the ground, some of the others on roofs, so that at most 808 rims can be left. */
 static void munich(void **state)
 {
     (void)state;

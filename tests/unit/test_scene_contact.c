@@ -39,8 +39,8 @@ static void connected_ground(Model *model)
     const double c[4] = {-20, -5, 5, 20};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)
-            model_quad(model, v3(c[i], c[k], 0), v3(c[i + 1], c[k], 0), v3(c[i + 1], c[k + 1], 0), v3(c[i], c[k + 1], 0),
-                       (i + k) & 1, 1);
+            model_quad(model, v3(c[i], c[k], 0), v3(c[i + 1], c[k], 0), v3(c[i + 1], c[k + 1], 0),
+                       v3(c[i], c[k + 1], 0), (i + k) & 1, 1);
 }
 
 static void plain_ground(Model *model)
@@ -139,8 +139,8 @@ static void side_by_side(void **state)
     }
 }
 
-/* Box A is 10 x 10 x 8 m; B, 10 x 10 x 5 m, touches its wall x = 10 from y = 4 on. Where B covers A's corner, the corner is
- * a flat wall; where A covers B's, a right-angled inner corner. Neither diffracts. */
+/* Box A is 10 x 10 x 8 m; B, 10 x 10 x 5 m, touches its wall x = 10 from y = 4 on. Where B covers A's corner, the
+ * corner is a flat wall; where A covers B's, a right-angled inner corner. Neither diffracts. */
 static void part_by_side(void **state)
 {
     (void)state;
@@ -152,15 +152,28 @@ static void part_by_side(void **state)
         if (variant == 2) model_cut(&model, 50, true);
         KellerScene scene = model_scene(&model);
         const Expected expected[] = {
-            {v3(0, 0, 0), v3(0, 0, 8), 1.5},     {v3(0, 10, 0), v3(0, 10, 8), 1.5},   {v3(10, 0, 0), v3(10, 0, 8), 1.5},
+            {v3(0, 0, 0), v3(0, 0, 8), 1.5},
+            {v3(0, 10, 0), v3(0, 10, 8), 1.5},
+            {v3(10, 0, 0), v3(10, 0, 8), 1.5},
             {v3(10, 10, 5), v3(10, 10, 8), 1.5}, /* below, B's wall goes on in A's plane */
-            {v3(0, 0, 8), v3(0, 10, 8), 1.5},    {v3(0, 0, 8), v3(10, 0, 8), 1.5},    {v3(0, 10, 8), v3(10, 10, 8), 1.5},
-            {v3(10, 0, 8), v3(10, 10, 8), 1.5},  {v3(0, 0, 0), v3(0, 10, 0), 1.5},    {v3(0, 0, 0), v3(10, 0, 0), 1.5},
-            {v3(0, 10, 0), v3(10, 10, 0), 1.5},  {v3(10, 0, 0), v3(10, 4, 0), 1.5}, /* then B's bottom goes on in A's */
-            {v3(20, 4, 0), v3(20, 4, 5), 1.5},   {v3(20, 14, 0), v3(20, 14, 5), 1.5}, {v3(10, 14, 0), v3(10, 14, 5), 1.5},
-            {v3(10, 4, 5), v3(20, 4, 5), 1.5},   {v3(10, 14, 5), v3(20, 14, 5), 1.5}, {v3(20, 4, 5), v3(20, 14, 5), 1.5},
+            {v3(0, 0, 8), v3(0, 10, 8), 1.5},
+            {v3(0, 0, 8), v3(10, 0, 8), 1.5},
+            {v3(0, 10, 8), v3(10, 10, 8), 1.5},
+            {v3(10, 0, 8), v3(10, 10, 8), 1.5},
+            {v3(0, 0, 0), v3(0, 10, 0), 1.5},
+            {v3(0, 0, 0), v3(10, 0, 0), 1.5},
+            {v3(0, 10, 0), v3(10, 10, 0), 1.5},
+            {v3(10, 0, 0), v3(10, 4, 0), 1.5}, /* then B's bottom goes on in A's */
+            {v3(20, 4, 0), v3(20, 4, 5), 1.5},
+            {v3(20, 14, 0), v3(20, 14, 5), 1.5},
+            {v3(10, 14, 0), v3(10, 14, 5), 1.5},
+            {v3(10, 4, 5), v3(20, 4, 5), 1.5},
+            {v3(10, 14, 5), v3(20, 14, 5), 1.5},
+            {v3(20, 4, 5), v3(20, 14, 5), 1.5},
             {v3(10, 10, 5), v3(10, 14, 5), 1.5}, /* before, B's roof meets A's wall */
-            {v3(10, 4, 0), v3(20, 4, 0), 1.5},   {v3(10, 14, 0), v3(20, 14, 0), 1.5}, {v3(20, 4, 0), v3(20, 14, 0), 1.5},
+            {v3(10, 4, 0), v3(20, 4, 0), 1.5},
+            {v3(10, 14, 0), v3(20, 14, 0), 1.5},
+            {v3(20, 4, 0), v3(20, 14, 0), 1.5},
             {v3(10, 10, 0), v3(10, 14, 0), 1.5},
         };
         assert_wedges(&scene, sizeof expected / sizeof expected[0], expected, 0);
@@ -193,7 +206,8 @@ static void half_on_ground(void **state)
     model_close(&model);
 }
 
-/* A wall that leans by 30 degrees and stands on the ground: sectors of 60 (a third of pi, none), 120 and, below, 180. */
+/* A wall that leans by 30 degrees and stands on the ground: sectors of 60 (a third of pi, none), 120 and, below,
+ * 180. */
 static void leaning(void **state)
 {
     (void)state;
@@ -203,7 +217,8 @@ static void leaning(void **state)
         plain_ground(&model);
         double lean = 3 * tan(PI / 6);
         /* unconnected inside; then along the ground's diagonal, as one edge in one place or as two */
-        if (variant == 0) model_quad(&model, v3(-6, 1, 0), v3(7, 1, 0), v3(7, 1 + lean, 3), v3(-6, 1 + lean, 3), false, 0);
+        if (variant == 0)
+            model_quad(&model, v3(-6, 1, 0), v3(7, 1, 0), v3(7, 1 + lean, 3), v3(-6, 1 + lean, 3), false, 0);
         double end = variant == 1 ? 20 : 15, across = lean / sqrt(2);
         if (variant)
             model_quad(&model, v3(-end, -end, 0), v3(end, end, 0), v3(end - across, end + across, 3),
@@ -273,9 +288,9 @@ static bool square(const Lattice *lattice, int axis, const int at[3])
     return lattice->square[axis][at[0]][at[1]][at[2]];
 }
 
-/* Around the unit edge at `at` along `axis` up to four squares meet, 90 degrees apart: one alone makes a rim (n = 2), two
- * at a right angle a corner (n = 1.5, and inside n = 0.5, which does not diffract); all else has sectors of 90 and 180
- * degrees only. */
+/* Around the unit edge at `at` along `axis` up to four squares meet, 90 degrees apart: one alone makes a rim (n =
+ * 2), two at a right angle a corner (n = 1.5, and inside n = 0.5, which does not diffract); all else has sectors of
+ * 90 and 180 degrees only. */
 static double expected_n(const Lattice *lattice, int axis, const int at[3])
 {
     int u = (axis + 1) % 3, v = (axis + 2) % 3, back_u[3], back_v[3];
@@ -319,7 +334,8 @@ static void lattice_oracle(void **state)
                             const KellerWedge *wedge = &scene.wedges[w];
                             KellerVec3 to = v3_sub(middle, wedge->origin);
                             double t = v3_dot(to, wedge->direction);
-                            if (t < 0 || t > wedge->length || v3_norm(v3_madd(to, wedge->direction, -t)) > 1e-9) continue;
+                            if (t < 0 || t > wedge->length || v3_norm(v3_madd(to, wedge->direction, -t)) > 1e-9)
+                                continue;
                             found++;
                             assert_true(fabs(wedge->n - n) < 1e-12);
                         }
