@@ -1,1 +1,0 @@
-cd /tmp/orc; OB=$(ls b/{base,geom,mesh,accel,wave,path}/*.o b/embedded.o); H="b/t/oracle.o b/t/oracle_enumerate.o b/t/harness.o b/t/scenes.o"; gcc -O1 -g -I/work/main/include -I/work/main/src -I/work/main/tests/stability -c $1.c && g++ $1.o $H $OB -o $1 -lcerf -lOpenMeshCore -lm -fopenmp
