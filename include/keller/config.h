@@ -32,6 +32,7 @@ typedef struct {
     uint32_t ny, nx;            /* grid only, else 0 */
     uint32_t first, count;      /* range in receivers */
     double x0, y0, z, step;     /* grid only: centre of the first cell, height, spacing; m */
+    char *file;                 /* route only: the path of its file, else NULL */
 } KellerReceiverSet;
 
 typedef struct {
@@ -79,6 +80,8 @@ typedef struct {
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
     uint32_t threads;           /* 0: all */
+    uint32_t split_over;        /* cones that meet more faces and wedges than this are split; 0: chosen by the search. Changes
+                                   the speed, never the paths; not in the XML */
     bool output_paths, output_coverage, output_scene;
 } KellerConfig;
 

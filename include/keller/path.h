@@ -36,7 +36,8 @@ typedef struct {
     uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* the triangle reflected in; KELLER_NONE for a diffraction */
     KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
     double length;              /* m */
-    double weight;              /* 1; 1/2 exactly on a shadow or reflection boundary (SPEC 6) */
+    double weight;              /* 1; less exactly on a boundary of the path: the share of the surroundings in which it
+                                   exists, 1/2 on a shadow or reflection boundary (SPEC 6) */
 } KellerPath;
 
 /* Solves one candidate sequence exactly between two points and tests its validity in the scene: mirror images for
@@ -44,12 +45,6 @@ typedef struct {
  * and fills *path if it exists. */
 bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
                        const KellerStep *steps, KellerPath *path, KellerAccelWork *work);
-
-/* The share of a wave that gets from a to b: 1 free, 0 blocked, 1/2 where the segment grazes an edge that blocks on one
- * side. Planes listed in skip_a/skip_b (ids as in KellerFace) hold a or b and do not block. */
-double keller_visibility(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b,
-                         const uint32_t *skip_a, size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count,
-                         KellerAccelWork *work);
 
 /* The media of all materials at all frequencies: media[f * material_count + m]. Caller frees with free().
  * Errors: a frequency outside a material's range; only materials that a triangle uses are looked up. */

@@ -32,11 +32,22 @@ bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack, double
 /* True if the wedge's edge lies in a plane of that id. */
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);
 
+/* Is the straight leg from a to b free of the scene's triangles? Planes listed in skip_a/skip_b (ids as in KellerFace)
+ * hold a or b and do not block. strict: hits on edges are decided by sign alone, each for exactly one side. Else a leg
+ * that only grazes edges (within KELLER_BOUNDARY_ANGLE, or rounding) counts as free and *grazes is set. */
+bool path_leg_free(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b, const uint32_t *skip_a,
+                   size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count, bool strict, bool *grazes,
+                   KellerAccelWork *work);
+
 /* Paths found for one receiver. */
 typedef struct {
     KellerPath *items;
     size_t count, capacity;
 } PathList;
+
+/* In a corner of faces whose reflections commute, a wave exactly on the diagonal meets them in either order: two sequences,
+ * one image, each with its share of the weight. They become one path (SPEC 1). */
+void path_list_merge_corners(const KellerScene *scene, PathList *list);
 
 /* false: out of memory */
 bool path_list_push(PathList *list, const KellerPath *path);

@@ -105,6 +105,7 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
                        lists, &join_work, error);
     ends_free(&backward);
     for (uint32_t i = 0; i < unit->count; i++) {
+        path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;
         if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], &work->dropped_paths))
@@ -245,7 +246,8 @@ static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_s
 static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVec3 *points, TreeWork *work,
                                    KellerAccel **accel, KellerError *error)
 {
-    TreeLimits limits = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(s->config->cone)};
+    TreeLimits limits = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(s->config->cone),
+                         .split_over = s->config->split_over};
     limits.want[1][1] = true;
     uint8_t *seen = calloc(s->scene->wedge_count + 1, sizeof *seen);
     uint32_t *wedges = malloc((s->scene->wedge_count + 1) * sizeof *wedges), n = 0;
@@ -297,6 +299,7 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
 {
     const KellerConfig *c = s->config;
     TreeLimits forward = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(c->cone),
+                          .split_over = c->split_over,
                           .target_length = s->join.interactions};
     TreeWork work = {0};
     double start = omp_get_wtime();

@@ -48,7 +48,7 @@ static double segment_distance(KellerVec3 p, KellerVec3 a, KellerVec3 b)
     return v3_distance(p, v3_madd(a, l, greater(0, lesser(1, t))));
 }
 
-/* 1 inside, 0 outside, 1/2 within h of the face's border; *triangle is the one that holds p (the one nearest to p's
+/* 1 inside, 0 outside, 1/2 within h of the face's border (h < 0: never); *triangle is the one that holds p (the one nearest to p's
  * border otherwise). On an edge between two triangles of the face exactly one claims p: the edge's function is evaluated
  * with its ends in the order of ids, and zero belongs to the forward side. */
 static double face_weight(const KellerScene *scene, uint32_t face, KellerVec3 p, double h, uint32_t *triangle)
@@ -88,7 +88,7 @@ static bool visit_owner(void *context, uint32_t id)
     Owner *o = context;
     uint32_t face = o->scene->triangle_face[id], triangle;
     return face < o->face && o->scene->faces[face].plane == o->plane &&
-           face_weight(o->scene, face, o->p, 0, &triangle) > 0;
+           face_weight(o->scene, face, o->p, -1, &triangle) > 0;
 }
 
 /* Where faces of one plane coincide, the wave meets one of them: the one with the lowest id (SPEC 6). */
@@ -140,27 +140,49 @@ static bool unfold(const KellerScene *scene, size_t count, const uint32_t *faces
     return true;
 }
 
-/* A reflection on the border of a face counts only if the face just inside the border is reached: otherwise what stands
- * on the border hides it (an inner side of a solid, seen at its corner). The point is moved in by a millionth of the
- * path, far more than an end of a leg is allowed to touch. */
-static bool reaches_face(const KellerScene *scene, const KellerAccel *accel, const KellerPath *path, size_t i,
-                         KellerVec3 from, KellerVec3 to, KellerAccelWork *work)
+typedef struct {
+    const KellerScene *scene;
+    KellerVec3 p;
+    double rounding;
+    uint32_t plane;             /* of the face reflected in */
+    KellerVec3 leg[2];          /* from p backwards and forwards, as long as the boundary test looks around */
+} Rim;
+
+static bool visit_rim(void *context, uint32_t id)
 {
-    const uint32_t *t = scene->triangles[path->triangle[i]];
-    KellerVec3 middle = v3_scale(v3_add(v3_add(scene->vertices[t[0]], scene->vertices[t[1]]), scene->vertices[t[2]]), 1. / 3);
-    KellerVec3 inwards = v3_sub(middle, path->position[i]);
-    double step = lesser(1e-6 * path->length / v3_norm(inwards), 0.5);
-    KellerVec3 p = v3_madd(path->position[i], inwards, step);
-    const uint32_t *plane = &scene->faces[path->step[i].id].plane;
-    if (v3_distance(from, path->position[i]) <= path_rounding(scene, from) ||
-        v3_distance(to, path->position[i]) <= path_rounding(scene, to))
-        return false; /* an end, on an edge: neither of its faces can be told to reflect */
-    return keller_visibility(scene, accel, from, p, NULL, 0, plane, 1, work) > 0 &&
-           keller_visibility(scene, accel, p, to, plane, 1, NULL, 0, work) > 0;
+    const Rim *r = context;
+    uint32_t face = r->scene->triangle_face[id], triangle;
+    const KellerFace *f = &r->scene->faces[face];
+    if (f->plane == r->plane || fabs(v3_dot(f->normal, r->p) - f->offset) > 4 * r->rounding) return false;
+    for (int i = 0; i < 2; i++)
+        if (fabs(v3_dot(f->normal, r->leg[i])) <= KELLER_BOUNDARY_ANGLE * v3_norm(r->leg[i]) &&
+            face_weight(r->scene, face, v3_add(r->p, r->leg[i]), -1, &triangle) > 0)
+            return true;
+    return false;
 }
 
-bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                       const KellerStep *steps, KellerPath *path, KellerAccelWork *work)
+/* How far the positions are that decide what is exactly on a boundary: beyond rounding, too near for anything else. */
+static double around_step(const KellerScene *scene, const KellerPath *path, double rounding)
+{
+    return greater(1e-6 * lesser(path->length, v3_distance(scene->lower, scene->upper)), 1e3 * rounding);
+}
+
+/* A wave that runs along one face up to its border with another: no share of it can be said to reflect there. */
+static bool runs_along_border(const KellerScene *scene, const KellerAccel *accel, const KellerPath *path, size_t i,
+                              double rounding, KellerAccelWork *work)
+{
+    const KellerFace *f = &scene->faces[path->step[i].id];
+    double step = around_step(scene, path, rounding);
+    Rim r = {scene, path->position[i], rounding, f->plane,
+             {v3_scale(path->leg[i], -step), v3_scale(path->leg[i + 1], step)}};
+    KellerVec3 n = v3_scale(f->normal, 4 * rounding);
+    return keller_accel_segment(accel, v3_sub(r.p, n), v3_add(r.p, n), 4 * rounding, visit_rim, &r, work);
+}
+
+/* Solves a sequence. strict: every decision by sign alone. Else what is too close to call counts as a path and *boundary is
+ * set: a reflection at a face's border or in the corner of two faces, a leg that grazes an edge. */
+static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                  const KellerStep *steps, bool strict, KellerPath *path, bool *boundary, KellerAccelWork *work)
 {
     KellerVec3 image[KELLER_MAX_INTERACTIONS + 1], back[KELLER_MAX_INTERACTIONS], forth[KELLER_MAX_INTERACTIONS];
     uint32_t faces[KELLER_MAX_INTERACTIONS];
@@ -250,7 +272,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     path->weight = 1;
     bool border[KELLER_MAX_INTERACTIONS] = {false};
     double walked = 0;
-    KellerVec3 last = tx, before_last = tx;
+    KellerVec3 last = tx;
     for (size_t i = 0; i < count; i++) {
         path->step[i] = steps[i];
         path->triangle[i] = KELLER_NONE;
@@ -258,19 +280,24 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
         last = path->position[i];
         if (i == edge) continue;
         double h = greater(rounding, KELLER_BOUNDARY_ANGLE * walked * (path->length - walked) / path->length);
-        double weight = face_weight(scene, steps[i].id, path->position[i], h, &path->triangle[i]);
+        double weight = face_weight(scene, steps[i].id, path->position[i], strict ? -1 : h, &path->triangle[i]);
         if (!(weight > 0)) return false;
         border[i] = weight < 1;
-        path->weight *= weight;
+        *boundary = *boundary || border[i];
     }
-    for (size_t i = 0; i + 1 < count; i++) { /* in the corner of two faces exactly: one of the two orders */
-        if (v3_distance(path->position[i], path->position[i + 1]) > rounding) continue;
-        if (i == edge || i + 1 == edge) return false;
-        if (scene->faces[steps[i].id].plane > scene->faces[steps[i + 1].id].plane) return false;
-        path->weight = 1;
+    for (size_t i = 0; i + 1 < count; i++)
+        if (v3_distance(path->position[i], path->position[i + 1]) <= rounding) {
+            if (i == edge || i + 1 == edge) return false;
+            *boundary = true;
+        }
+    for (size_t i = 0; i < count; i++) {
+        if (i == edge) continue;
+        if (!border[i] && !owns(scene, accel, steps[i].id, path->position[i], work)) return false;
+        if (!border[i] || strict) continue;
+        /* a station on a border: neither of the faces there can be told to reflect */
+        if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
+        if (runs_along_border(scene, accel, path, i, rounding, work)) return false;
     }
-    for (size_t i = 0; i < count; i++)
-        if (i != edge && !owns(scene, accel, steps[i].id, path->position[i], work)) return false;
     const uint32_t *skip = NULL;
     size_t skip_count = 0;
     last = tx;
@@ -286,18 +313,95 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
             next_count = 1;
         }
         KellerVec3 to = i < count ? path->position[i] : rx;
-        double weight = keller_visibility(scene, accel, last, to, skip, skip_count, next, next_count, work);
-        if (!(weight > 0)) return false;
-        path->weight *= weight;
-        if (i > 0 && i - 1 != edge && border[i - 1] &&
-            !reaches_face(scene, accel, path, i - 1, before_last, to, work))
-            return false;
-        before_last = last;
+        if (!path_leg_free(scene, accel, last, to, skip, skip_count, next, next_count, strict, boundary, work)) return false;
         last = to;
         skip = next;
         skip_count = next_count;
     }
     return true;
+}
+
+/* On a boundary of the path exactly: the share of surrounding positions of its two ends for which it exists. The positions
+ * come in opposite pairs, so that on one smooth boundary it is one half to the last bit, and the same set serves the
+ * exchanged path. They lie far enough away to be beyond rounding, and too near for anything else to change; those that a
+ * station on a surface has behind that surface are left out. */
+static double share_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                           const KellerStep *steps, const KellerPath *path, KellerAccelWork *work)
+{
+    static const KellerVec3 around[] = {
+        {0.4118, 0.6903, 0.5949}, {-0.7442, 0.2887, 0.6024}, {0.1621, -0.5353, 0.8290}, {0.8863, -0.3617, 0.2893}};
+    enum { AROUND = sizeof around / sizeof *around };
+    double step = around_step(scene, path, greater(path_rounding(scene, tx), path_rounding(scene, rx)));
+    int exist = 0, all = 0;
+    for (int i = 0; i < AROUND * 8; i++) {
+        int j = i / 8, k = (j + 1) % AROUND;
+        if (i & 4) { /* exchanged */
+            int swap = j;
+            j = k;
+            k = swap;
+        }
+        KellerVec3 t = v3_madd(tx, around[j], i & 1 ? step : -step), r = v3_madd(rx, around[k], i & 2 ? step : -step);
+        KellerVec3 t_ahead = v3_madd(tx, path->leg[0], 10 * step), r_back = v3_madd(rx, path->leg[path->count], -10 * step);
+        bool grazes;
+        if (!path_leg_free(scene, accel, t, t_ahead, NULL, 0, NULL, 0, true, &grazes, work) ||
+            !path_leg_free(scene, accel, r, r_back, NULL, 0, NULL, 0, true, &grazes, work))
+            continue;
+        KellerPath other;
+        bool boundary = false;
+        all++;
+        exist += solve(scene, accel, t, r, count, steps, true, &other, &boundary, work);
+    }
+    return all > 0 ? (double)exist / all : 0;
+}
+
+bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                       const KellerStep *steps, KellerPath *path, KellerAccelWork *work)
+{
+    bool boundary = false;
+    if (!solve(scene, accel, tx, rx, count, steps, false, path, &boundary, work)) return false;
+    if (boundary) path->weight = share_around(scene, accel, tx, rx, count, steps, path, work);
+    return path->weight > 0;
+}
+
+/* One image, reached through the same points, in planes that take turns otherwise. (Halves of one reflection in two coplanar
+ * faces that meet there are not that: each has its own material.) */
+static bool same_image(const KellerScene *scene, const KellerPath *a, const KellerPath *b)
+{
+    uint32_t n = a->count;
+    double near = KELLER_BOUNDARY_ANGLE * a->length;
+    bool turns = false;
+    if (n != b->count || fabs(a->length - b->length) > near || v3_distance(a->leg[0], b->leg[0]) > KELLER_BOUNDARY_ANGLE ||
+        v3_distance(a->leg[n], b->leg[n]) > KELLER_BOUNDARY_ANGLE)
+        return false;
+    for (uint32_t i = 0; i < n; i++) {
+        KellerStep s = a->step[i], t = b->step[i];
+        if (s.kind != t.kind || v3_distance(a->position[i], b->position[i]) > near) return false;
+        if (s.kind == KELLER_REFLECTION) turns = turns || scene->faces[s.id].plane != scene->faces[t.id].plane;
+        else if (s.id != t.id) return false;
+    }
+    return turns;
+}
+
+static bool precedes(const KellerPath *a, const KellerPath *b)
+{
+    for (uint32_t i = 0; i < a->count; i++)
+        if (a->step[i].id != b->step[i].id) return a->step[i].id < b->step[i].id;
+    return false;
+}
+
+void path_list_merge_corners(const KellerScene *scene, PathList *list)
+{
+    for (size_t i = 0; i < list->count; i++) {
+        if (list->items[i].weight >= 1) continue;
+        for (size_t j = i + 1; j < list->count; j++) {
+            KellerPath *a = &list->items[i], *b = &list->items[j];
+            if (b->weight >= 1 || !same_image(scene, a, b)) continue;
+            double weight = lesser(a->weight + b->weight, 1);
+            if (precedes(b, a)) *a = *b;
+            a->weight = weight;
+            list->items[j--] = list->items[--list->count];
+        }
+    }
 }
 
 bool path_list_push(PathList *list, const KellerPath *path)

@@ -365,7 +365,8 @@ static bool start_at_mirror(Query *q, const KellerScene *scene)
     for (uint32_t i = 0; i < q->beam->source_count; i++) {
         double h = v3_dot(m->normal, q->beam->source[i]) - m->offset;
         double side = h > 0 ? -1 : 1;
-        if (i > 0 && side != front) {
+        /* an end on the mirror itself sees both of its sides */
+        if (fabs(h) <= path_rounding(scene, q->beam->source[i]) || (i > 0 && side != front)) {
             front = 0;
             break;
         }
@@ -397,7 +398,7 @@ static void process(Search *s, const Beam *beam)
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
     bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
-    q.much = few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
+    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */
     double least = 2 * l->tan_aperture / (first ? FINER : 1);
     q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));

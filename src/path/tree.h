@@ -17,6 +17,7 @@ typedef struct {
     const KellerAccel *targets;
     uint32_t target_length;
     double tan_aperture;        /* cones that meet much are split down to this half-angle */
+    uint32_t split_over;        /* what is much; 0: chosen here */
 } TreeLimits;
 
 typedef struct {
@@ -24,8 +25,8 @@ typedef struct {
     KellerAccelWork accel;
 } TreeWork;
 
-/* Fills the empty trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads; the set
- * of sequences does not depend on their number. KELLER_FAILED: memory. */
+/* Fills the empty trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads. Which
+ * needless sequences are found besides the needed ones may depend on their number. KELLER_FAILED: memory. */
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
                          TreeWork *work, KellerError *error);
 #endif

@@ -1,11 +1,9 @@
-/* Is a leg free? Robust without offsets: what a leg starts or ends on is excluded by identity (its plane), and a hit on
- * an edge is decided by the two sides of the edge. */
+/* Is a leg free? Robust without offsets: what a leg starts or ends on is excluded by identity (its plane), and what one of
+ * its ends lies on, within rounding, does not block it there. */
 #include <math.h>
 
 #include "path/internal.h"
 #include "base/number.h"
-
-enum { GRAZES = 8 };
 
 typedef struct {
     const KellerScene *scene;
@@ -14,10 +12,7 @@ typedef struct {
     double floor;               /* m: rounding of coordinates */
     const uint32_t *skip[2];
     size_t skip_count[2];
-    bool strict;                /* decide hits on edges by sign alone */
-    bool blocked;
-    int graze_count;
-    uint32_t graze[GRAZES][2];
+    bool strict, grazes;
 } Leg;
 
 static bool skipped(const Leg *leg, uint32_t plane)
@@ -41,17 +36,18 @@ static bool visit(void *context, uint32_t id)
     double along = v3_dot(n, leg->d);
     if (!(fabs(along) > 1e-14 * v3_norm(n) * leg->length)) return false; /* edge-on: nothing in the way */
     double at = v3_dot(n, v[0]) / along;
-    double end = greater(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length) / leg->length;
+    double end = 4 * leg->floor / leg->length;
     if (!(at > end && at < 1 - end)) return false; /* an end of the leg lies on it */
     double h = greater(leg->floor, KELLER_BOUNDARY_ANGLE * leg->length * at * (1 - at));
-    int positive = 0, negative = 0, near_edge = -1;
+    int positive = 0, negative = 0;
+    bool near_edge = false;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, first = t[i] < t[j] ? i : j, second = i + j - first;
         double volume = v3_dot(leg->d, v3_cross(v[first], v[second]));
         if (!leg->strict) {
             KellerVec3 across = v3_cross(v3_sub(v[second], v[first]), leg->d);
             if (fabs(volume) <= h * v3_norm(across)) {
-                near_edge = i;
+                near_edge = true;
                 continue;
             }
         }
@@ -60,48 +56,21 @@ static bool visit(void *context, uint32_t id)
         negative += !up;
     }
     if (positive && negative) return false;
-    if (near_edge < 0) return leg->blocked = true;
-    uint32_t e0 = t[near_edge], e1 = t[(near_edge + 1) % 3];
-    if (e0 > e1) {
-        uint32_t swap = e0;
-        e0 = e1;
-        e1 = swap;
-    }
-    for (int i = 0; i < leg->graze_count; i++)
-        if (leg->graze[i][0] == e0 && leg->graze[i][1] == e1) return false;
-    if (leg->graze_count < GRAZES) {
-        leg->graze[leg->graze_count][0] = e0;
-        leg->graze[leg->graze_count++][1] = e1;
-    }
-    return false;
+    leg->grazes = leg->grazes || near_edge;
+    return !near_edge;
 }
 
-double keller_visibility(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b,
-                         const uint32_t *skip_a, size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count,
-                         KellerAccelWork *work)
+bool path_leg_free(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b, const uint32_t *skip_a,
+                   size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count, bool strict, bool *grazes,
+                   KellerAccelWork *work)
 {
     Leg leg = {.scene = scene, .a = a, .d = v3_sub(b, a), .skip = {skip_a, skip_b},
-               .skip_count = {skip_a_count, skip_b_count}};
+               .skip_count = {skip_a_count, skip_b_count}, .strict = strict};
     leg.length = v3_norm(leg.d);
-    leg.floor = path_rounding(scene, a);
-    if (leg.length <= leg.floor) return 1;
-    double margin = greater(leg.floor, KELLER_BOUNDARY_ANGLE * leg.length);
-    if (keller_accel_segment(accel, a, b, margin, visit, &leg, work)) return 0;
-    if (leg.graze_count == 0) return 1;
-    /* On an edge exactly: the mean of both sides, which is 1/2 where one side is blocked (a shadow boundary), 0 where both
-     * are (an edge inside a wall), 1 where none is. */
-    double free_sides = 0;
-    for (int i = 0; i < leg.graze_count; i++) {
-        KellerVec3 edge = v3_sub(scene->vertices[leg.graze[i][1]], scene->vertices[leg.graze[i][0]]);
-        KellerVec3 side = v3_unit(v3_cross(edge, leg.d));
-        for (int sign = -1; sign <= 1; sign += 2) {
-            Leg moved = leg;
-            moved.strict = true;
-            moved.a = v3_madd(a, side, sign * 4 * margin);
-            moved.graze_count = 0;
-            if (!keller_accel_segment(accel, moved.a, v3_add(moved.a, leg.d), margin, visit, &moved, work))
-                free_sides += 1;
-        }
-    }
-    return free_sides / (2 * leg.graze_count);
+    leg.floor = greater(path_rounding(scene, a), path_rounding(scene, b));
+    if (leg.length <= leg.floor) return true;
+    double margin = strict ? leg.floor : greater(leg.floor, KELLER_BOUNDARY_ANGLE * leg.length);
+    bool free_leg = !keller_accel_segment(accel, a, b, margin, visit, &leg, work);
+    if (leg.grazes) *grazes = true;
+    return free_leg;
 }

@@ -98,6 +98,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
                            .accelerator = "auto",
                            .cone = run->cone,
                            .threads = run->threads,
+                           .split_over = run->split_over,
                            .output_paths = true,
                            .output_coverage = run->grid_step > 0};
     double frequency[HARNESS_FREQUENCIES];

@@ -1,0 +1,190 @@
+/* Stations in places where a path is just about to change into another: on the diagonal of a corner, on a wall, in the line
+ * where two materials meet. What is found there must fit between what is found on both sides. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <cmocka.h>
+#include "harness.h"
+#include "scenes.h"
+
+typedef struct {
+    size_t paths;
+    double complex total;
+} Seen;
+
+static Seen look(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections, uint32_t diffractions)
+{
+    Run run = run_new(&tx, 1, &rx, reflections, diffractions, reflections + diffractions);
+    FoundPaths found = run_simulation(scene, &run);
+    Seen seen = {found_count(&found, 0), found_total(&found, 0, 0)};
+    found_free(&found);
+    return seen;
+}
+
+/* The total on the boundary against the mean of both sides, in dB of the larger. */
+static double jump(Seen before, Seen on, Seen behind)
+{
+    double complex mean = 0.5 * (before.total + behind.total);
+    double size = fmax(cabs(before.total), cabs(behind.total));
+    return 20 * log10(1 + cabs(on.total - mean) / size);
+}
+
+static KellerScene finish(KellerSoup *soup)
+{
+    KellerScene scene = scene_of(soup);
+    soup_release(soup);
+    return scene;
+}
+
+/* Two conducting walls that meet at the z axis under an angle; the second at that azimuth. */
+static KellerScene corner(double angle)
+{
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "corner");
+    double c = cos(angle), s = sin(angle);
+    soup_quad(&soup, v3(0, 0, -200), v3(300, 0, -200), v3(300, 0, 200), v3(0, 0, 200), CONDUCTOR);
+    soup_quad(&soup, v3(0, 0, -200), v3(300 * c, 300 * s, -200), v3(300 * c, 300 * s, 200), v3(0, 0, 200), CONDUCTOR);
+    return finish(&soup);
+}
+
+/* In a corner of pi/m the m images' mirror sequences commute: on the bisector a wave passes through the corner itself, in
+ * either order, as one path. 2 m paths in all: the images of a kaleidoscope. */
+static void on_the_bisector(void **state)
+{
+    (void)state;
+    for (uint32_t m = 2; m <= 5; m++) {
+        double angle = M_PI / m, c = cos(angle / 2), s = sin(angle / 2), d = 1e-5;
+        KellerScene scene = corner(angle);
+        KellerVec3 tx = v3(5 * c, 5 * s, 0);
+        Seen seen[3];
+        for (int i = 0; i < 3; i++)
+            seen[i] = look(&scene, tx, v3(8 * c - (i - 1) * d * s, 8 * s + (i - 1) * d * c, 1), m, 0);
+        for (int i = 0; i < 3; i++) assert_int_equal(seen[i].paths, 2 * m);
+        assert_true(jump(seen[0], seen[1], seen[2]) < 1e-3);
+        keller_scene_free(&scene);
+    }
+}
+
+/* 120 degrees: the double reflection exists on one side only, and the corner diffracts what is missing. Its boundary for a
+ * source at azimuth 100 degrees, mirrored in the second wall (140) and the first (-140 = 220), is at 220 - 180 = 40. */
+static void double_reflection_boundary(void **state)
+{
+    (void)state;
+    KellerScene scene = corner(2 * M_PI / 3);
+    double source = 100 * M_PI / 180, receiver = 40 * M_PI / 180;
+    Seen seen[3];
+    for (int i = 0; i < 3; i++) {
+        double phi = receiver + (i - 1) * 1e-5;
+        seen[i] = look(&scene, v3(6 * cos(source), 6 * sin(source), 0), v3(6 * cos(phi), 6 * sin(phi), 0), 2, 1);
+    }
+    assert_true(seen[0].paths != seen[2].paths);
+    assert_true(jump(seen[0], seen[1], seen[2]) < 0.01);
+    keller_scene_free(&scene);
+}
+
+/* Whole metres in rooms and streets put stations on such diagonals all the time. */
+static void whole_metres(void **state)
+{
+    (void)state;
+    KellerSoup room = soup_new();
+    soup_object(&room, "room");
+    soup_box(&room, v3(0, 0, 0), v3(8, 6, 3), CONCRETE, 0);
+    KellerScene scene = finish(&room);
+    /* images of a shoebox up to three reflections: (2N + 1)(2N^2 + 2N + 3)/3 = 63 */
+    const KellerVec3 pairs[][2] = {
+        {{4, 3, 1.5}, {2, 1.5, 1.5}}, {{1, 1, 1}, {3, 3, 2}}, {{1, 1, 1}, {2, 2, 2}}, {{4, 3, 1.5}, {6, 3, 1.5}}};
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+        assert_int_equal(look(&scene, pairs[i][0], pairs[i][1], 3, 0).paths, 63);
+    keller_scene_free(&scene);
+    KellerSoup street = soup_new();
+    soup_object(&street, "ground");
+    soup_quad(&street, v3(-100, -100, 0), v3(100, -100, 0), v3(100, 100, 0), v3(-100, 100, 0), CONCRETE);
+    soup_object(&street, "wall");
+    soup_quad(&street, v3(0, -90, 0), v3(0, 90, 0), v3(0, 90, 30), v3(0, -90, 30), CONCRETE);
+    scene = finish(&street);
+    /* line of sight, wall, ground, and wall and ground in the corner itself: (10, 10) and (2, 2) are in line with it */
+    assert_int_equal(look(&scene, v3(10, 0, 10), v3(2, 3, 2), 2, 0).paths, 4);
+    keller_scene_free(&scene);
+}
+
+/* A station on a wall sees what one just in front of it sees, on whichever side of the wall's normal the scene is. */
+static void station_on_a_wall(void **state)
+{
+    (void)state;
+    for (int side = -1; side <= 1; side += 2) {
+        KellerSoup soup = soup_new();
+        soup_object(&soup, "street");
+        soup_quad(&soup, v3(-100, -100, 0), v3(100, -100, 0), v3(100, 100, 0), v3(-100, 100, 0), CONCRETE);
+        soup_quad(&soup, v3(0, -90, 0), v3(0, 90, 0), v3(0, 90, 40), v3(0, -90, 40), CONCRETE);
+        soup_quad(&soup, v3(10 * side, -90, 0), v3(10 * side, 90, 0), v3(10 * side, 90, 40), v3(10 * side, -90, 40),
+                  CONCRETE);
+        KellerScene scene = finish(&soup);
+        KellerVec3 other = v3(3.1 * side, 20, 1.7);
+        Seen before = look(&scene, v3(1e-6 * side, 0, 10), other, 3, 0), on = look(&scene, v3(0, 0, 10), other, 3, 0),
+             receiving = look(&scene, other, v3(0, 0, 10), 3, 0);
+        assert_int_equal(on.paths, before.paths);
+        assert_int_equal(receiving.paths, before.paths);
+        assert_true(fabs(20 * log10(cabs(on.total) / cabs(before.total))) < 0.01);
+        assert_true(cabs(receiving.total - on.total) < 1e-9 * cabs(on.total));
+        keller_scene_free(&scene);
+    }
+}
+
+/* On the roof of a box: nothing from inside the box. */
+static void station_on_a_roof(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "ground");
+    soup_quad(&soup, v3(-50, -50, 0), v3(50, -50, 0), v3(50, 50, 0), v3(-50, 50, 0), CONCRETE);
+    soup_box(&soup, v3(-5, -5, 0), v3(5, 5, 10), CONCRETE, 0);
+    KellerScene scene = finish(&soup);
+    Seen above = look(&scene, v3(1, 1, 10.000001), v3(12, 3, 1.5), 2, 1), on = look(&scene, v3(1, 1, 10), v3(12, 3, 1.5), 2, 1);
+    assert_int_equal(on.paths, above.paths);
+    keller_scene_free(&scene);
+}
+
+/* Where two materials meet in one plane, half of each reflects. */
+static void between_two_materials(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "ground");
+    soup_quad(&soup, v3(-100, -100, 0), v3(0, -100, 0), v3(0, 100, 0), v3(-100, 100, 0), CONCRETE);
+    soup_quad(&soup, v3(0, -100, 0), v3(100, -100, 0), v3(100, 100, 0), v3(0, 100, 0), CONDUCTOR);
+    KellerScene scene = finish(&soup);
+    Seen seen[3];
+    for (int i = 0; i < 3; i++) seen[i] = look(&scene, v3(-10, 0.3, 5), v3(10 + (i - 1) * 1e-6, 0.3, 5), 1, 0);
+    assert_int_equal(seen[0].paths, 2);
+    assert_int_equal(seen[1].paths, 3); /* line of sight and a half of each */
+    assert_int_equal(seen[2].paths, 2);
+    assert_true(jump(seen[0], seen[1], seen[2]) < 1e-3);
+    keller_scene_free(&scene);
+}
+
+/* A wall blocks however far away the transmitter is. */
+static void behind_a_wall(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "wall");
+    soup_quad(&soup, v3(0, -50, -50), v3(0, 50, -50), v3(0, 50, 50), v3(0, -50, 50), CONCRETE);
+    KellerScene scene = finish(&soup);
+    const double distances[] = {10, 1e3, 1e5, 1e6};
+    for (size_t i = 0; i < sizeof distances / sizeof *distances; i++)
+        assert_int_equal(look(&scene, v3(distances[i], 1, 2), v3(-1e-3, 1, 2), 0, 0).paths, 0);
+    keller_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(on_the_bisector),   cmocka_unit_test(double_reflection_boundary), cmocka_unit_test(whole_metres),
+        cmocka_unit_test(station_on_a_wall), cmocka_unit_test(station_on_a_roof),          cmocka_unit_test(between_two_materials),
+        cmocka_unit_test(behind_a_wall),
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
