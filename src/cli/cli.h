@@ -5,6 +5,8 @@
 #include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+#include <sys/resource.h>
 #include "keller/config.h"
 #include "keller/error.h"
 #include "keller/scene.h"
@@ -49,6 +51,10 @@ int keller_next_argument(KellerArguments *arguments, const KellerOption *options
 KellerStatus keller_usage(KellerError *error, const char *verb, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* KELLER_IO if `output` is the very file `input` (the same device and inode), whatever they are called; `role` is what
+ * the input is to the verb ("the scene file"). Files that are not there are not the same. */
+KellerStatus keller_refuse_input(const char *output, const char *input, const char *role, KellerError *error);
+
 /* A whole decimal number in [least, most], or a usage error that names the option. */
 KellerStatus keller_whole_number(const char *verb, const char *option, const char *text, uint32_t least, uint32_t most,
                                  uint32_t *value, KellerError *error);
@@ -79,11 +85,15 @@ void keller_prepared_free(KellerPrepared *prepared);
 /* The table of what was read and what will be computed, on standard output. */
 void keller_print_configuration(const KellerConfig *config);
 void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes);
+/* keller_scene_build, whose message names no file: `file` is put before it. */
+KellerStatus keller_build_scene_of(const char *file, const KellerSoup *soup, KellerScene *scene, KellerError *error);
 
 /* ---- text.c: pieces of tables ---------------------------------------------------------------------------------- */
 
 /* A row `  name      value`. */
 void keller_row(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* A row `  name      2: this, that`, of the first `most` texts, in lines of bounded width. */
+void keller_row_of_texts(const char *name, char *const *texts, uint64_t count, uint64_t most);
 /* With an SI prefix: "3.5 GHz". `text` has room for 32 bytes. */
 const char *keller_si(double value, const char *unit, char text[32]);
 /* Prints text with control characters replaced, so that a file cannot steer the terminal. */
@@ -113,4 +123,10 @@ void keller_interrupt_stop(KellerInterrupt *interrupt);
  * KELLER_BAD_INPUT with the file's name. No other thread may run. */
 KellerStatus keller_guarded(const char *file, KellerStatus (*work)(void *context, KellerError *error), void *context,
                             KellerError *error);
+
+/* For `work`, around its reading: the HDF5 library would touch up to 4 GiB for one text whose length is damaged. Bounds
+ * what this process may allocate from here on to more than a good file of this size takes; *before is what
+ * keller_lift_memory_limit then takes back. */
+void keller_limit_memory(const char *file, struct rlimit *before);
+void keller_lift_memory_limit(const struct rlimit *before);
 #endif

@@ -4,9 +4,37 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include "cli/cli.h"
+
+/* Data of this process so far, in bytes, as RLIMIT_DATA counts it; 0 where /proc does not say. */
+static uint64_t data_now(void)
+{
+    unsigned long long data = 0;
+    FILE *stream = fopen("/proc/self/statm", "r");
+    if (!stream) return 0;
+    if (fscanf(stream, "%*u %*u %*u %*u %*u %llu", &data) != 1) data = 0;
+    fclose(stream);
+    return data * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+void keller_limit_memory(const char *file, struct rlimit *before)
+{
+    /* Receivers are bounded by KELLER_MAX_RECEIVERS and take the constant part at most; texts are stored unpacked, and
+     * take less than the other. */
+    enum { CONSTANT = 1 << 30, TIMES_FILE = 16 };
+    struct stat status;
+    if (getrlimit(RLIMIT_DATA, before) != 0) *before = (struct rlimit){RLIM_INFINITY, RLIM_INFINITY};
+    struct rlimit limit = *before;
+    rlim_t most = (rlim_t)data_now() + CONSTANT;
+    if (stat(file, &status) == 0 && status.st_size > 0) most += TIMES_FILE * (rlim_t)status.st_size;
+    if (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur > most) limit.rlim_cur = most;
+    (void)setrlimit(RLIMIT_DATA, &limit);   /* without it a damaged file costs time, no more */
+}
+
+void keller_lift_memory_limit(const struct rlimit *before) { (void)setrlimit(RLIMIT_DATA, before); }
 
 static KellerStatus read_report(int descriptor, KellerError *report)
 {

@@ -27,7 +27,7 @@ static const Help verbs[] = {
      "  -o, --output OUT.h5    the result; default: the configuration's base name with .h5, in the current folder\n"
      "  -j, --threads THREADS  threads (0: all processors); default: what the configuration says\n"
      "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"
-     "      --force            replace an existing result\n"
+     "      --force            replace an existing result, but never an input of the run\n"
      "      --resume           not in this version\n"
      "  -q, --quiet            no progress\n"
      "  -v, --verbose          say what is being done, and all notes on the scene\n"},
@@ -54,11 +54,11 @@ static const Help verbs[] = {
      "Draws a picture with gnuplot, over the outlines of the scene where the result holds it.\n"
      "  --what coverage        path gain over a grid (default)\n"
      "  --what delay           delay of the strongest path over a grid\n"
-     "  --what paths           the paths of a transmitter seen from above\n"
+     "  --what paths           the paths of a transmitter seen from above: those within 60 dB of the strongest\n"
      "  --tx ID                the transmitter; default: the first\n"
      "  --rx ID                coverage, delay: the same as --grid; paths: only to this receiver or set\n"
      "  --grid ID              the grid (--set ID does the same); default: the first\n"
-     "  --frequency N          which frequency, counted from 1 (default)\n"
+     "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
     {"help", "keller help [VERB]", "Prints this help, or that of a verb.\n"},

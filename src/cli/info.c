@@ -7,16 +7,6 @@
 
 /* ---- a result ---------------------------------------------------------------------------------------------------- */
 
-static void print_texts(const char *name, char *const *texts, uint64_t count)
-{
-    printf("  %-18s %llu", name, (unsigned long long)count);
-    for (uint64_t i = 0; i < count && i < 12; ++i) {
-        fputs(i ? ", " : ": ", stdout);
-        keller_put_text(texts[i]);
-    }
-    puts(count > 12 ? ", ..." : "");
-}
-
 static void print_statistic(void *context, const char *name, double value, const char *unit, const char *text)
 {
     (void)context;
@@ -32,6 +22,8 @@ static void print_statistic(void *context, const char *name, double value, const
 static KellerStatus result_info(void *context, KellerError *error)
 {
     const char *file = context;
+    struct rlimit before;
+    keller_limit_memory(file, &before);
     KellerReader *reader = NULL;
     KellerStatus status = keller_reader_open(file, &reader, error);
     if (status != KELLER_OK) return status;
@@ -52,7 +44,7 @@ static KellerStatus result_info(void *context, KellerError *error)
     for (uint64_t f = 0; f < info->frequency_count && f < 12; ++f)
         printf("%s %s", f ? "," : "", keller_si(info->frequencies[f], "Hz", number));
     puts(info->frequency_count > 12 ? ", ..." : "");
-    print_texts("transmitters", info->transmitter_ids, info->transmitter_count);
+    keller_row_of_texts("transmitters", info->transmitter_ids, info->transmitter_count, 12);
     keller_row("receivers", "%llu", (unsigned long long)info->receiver_count);
     uint64_t shown = info->set_count < 20 ? info->set_count : 20;
     for (uint64_t s = 0; s < shown; ++s) {
@@ -64,7 +56,7 @@ static KellerStatus result_info(void *context, KellerError *error)
         putchar('\n');
     }
     if (shown < info->set_count) keller_row("", "and %llu more", (unsigned long long)(info->set_count - shown));
-    print_texts("materials", info->materials, info->material_count);
+    keller_row_of_texts("materials", info->materials, info->material_count, 12);
     if (info->triangles > 0)
         keller_row("scene", "%llu triangles, %llu vertices, %llu objects, %llu wedges",
                    (unsigned long long)info->triangles, (unsigned long long)info->vertices,
@@ -127,7 +119,7 @@ static KellerStatus scene_info(const char *file, KellerError *error)
     if (soup.material_count > 40) keller_row("", "and %zu more", soup.material_count - 40);
     KellerScene scene;
     status = stand_in_materials(&soup, error);
-    if (status == KELLER_OK) status = keller_scene_build(&soup, &scene, error);
+    if (status == KELLER_OK) status = keller_build_scene_of(file, &soup, &scene, error);
     if (status == KELLER_OK) {
         size_t materials = scene.material_count;
         scene.material_count = 0;   /* told above, as the file says it */

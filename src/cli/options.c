@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include "cli/cli.h"
 
 KellerStatus keller_usage(KellerError *error, const char *verb, const char *format, ...)
@@ -74,6 +75,16 @@ int keller_next_argument(KellerArguments *a, const KellerOption *options, const 
     if (text[1] == '-') return long_option(a, options, text, value, error);
     a->cluster = text + 1;
     return short_option(a, options, value, error);
+}
+
+KellerStatus keller_refuse_input(const char *output, const char *input, const char *role, KellerError *error)
+{
+    struct stat out, in;
+    if (stat(output, &out) != 0 || stat(input, &in) != 0) return KELLER_OK;
+    if (out.st_dev != in.st_dev || out.st_ino != in.st_ino) return KELLER_OK;
+    return keller_error(error, KELLER_IO,
+                        "%s: is %s, which is never replaced, not even with --force; name another file with -o", output,
+                        role);
 }
 
 KellerStatus keller_whole_number(const char *verb, const char *option, const char *text, uint32_t least, uint32_t most,

@@ -136,6 +136,8 @@ static KellerStatus select_pairs(Listing *l, KellerError *error)
 static KellerStatus list(void *context, KellerError *error)
 {
     const Options *o = context;
+    struct rlimit before;
+    keller_limit_memory(o->file, &before);
     KellerReader *reader = NULL;
     KellerStatus status = keller_reader_open(o->file, &reader, error);
     if (status != KELLER_OK) return status;

@@ -10,7 +10,7 @@
 typedef struct {
     char *file;
     const char *tx, *rx, *grid, *output;
-    uint32_t frequency;         /* from 1 */
+    uint32_t frequency;         /* from 1; 0: not given */
     KellerPlotKind kind;
     bool force, svg;
 } Options;
@@ -22,7 +22,6 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
                                            {"set", 0, true}, {"frequency", 0, true}, {"output", 'o', true},
                                            {"force", 0, false}, {0}};
     KellerArguments arguments = {.verb = "plot", .argc = argc, .argv = argv};
-    o->frequency = 1;
     const char *value;
     for (;;) {
         KellerStatus status = KELLER_OK;
@@ -49,6 +48,9 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
         case KELLER_ARGUMENT_END: {
             if (!o->file) return keller_usage(error, "plot", "a result file is expected");
             if (!o->output) return keller_usage(error, "plot", "-o FILE.png or -o FILE.svg is expected");
+            if (o->kind == KELLER_PLOT_DELAY && o->frequency > 0)
+                return keller_usage(error, "plot", "--frequency: the delay map is that of the first frequency only");
+            if (o->frequency == 0) o->frequency = 1;
             const char *dot = strrchr(o->output, '.');
             o->svg = dot && strcmp(dot, ".svg") == 0;
             if (!o->svg && (!dot || strcmp(dot, ".png") != 0))
@@ -109,7 +111,10 @@ static KellerStatus draw(void *context, KellerError *error)
     const Options *o = context;
     FILE *script = tmpfile();
     if (!script) return keller_error(error, KELLER_IO, "%s: no temporary file: %s", o->output, strerror(errno));
+    struct rlimit before;
+    keller_limit_memory(o->file, &before);
     KellerStatus status = write_script(o, script, error);
+    keller_lift_memory_limit(&before);
     KellerAtomic picture = {0};
     KellerInterrupt interrupt;
     if (status == KELLER_OK && !keller_interrupt_start(&interrupt))
@@ -133,6 +138,7 @@ KellerStatus keller_cli_plot(int argc, char **argv, KellerError *error)
 {
     Options options = {0};
     KellerStatus status = parse(argc, argv, &options, error);
+    if (status == KELLER_OK) status = keller_refuse_input(options.output, options.file, "the result to draw", error);
     if (status == KELLER_OK) status = keller_atomic_check(options.output, options.force, error);
     return status == KELLER_OK ? keller_guarded(options.file, draw, &options, error) : status;
 }

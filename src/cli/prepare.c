@@ -16,13 +16,31 @@ KellerStatus keller_prepare_config(const char *file, const KellerVariables *vari
     return status;
 }
 
+KellerStatus keller_build_scene_of(const char *file, const KellerSoup *soup, KellerScene *scene, KellerError *error)
+{
+    KellerStatus status = keller_scene_build(soup, scene, error);
+    if (status == KELLER_OK) return KELLER_OK;
+    KellerError plain = *error;
+    return keller_error(error, status, "%s: %s", file, plain.message);
+}
+
+/* The reader knows the scene's name but not who gave it. */
+static KellerStatus read_scene(KellerPrepared *p, KellerError *error)
+{
+    const KellerConfig *c = &p->config;
+    KellerStatus status = keller_soup_read(c->scene_file, c->scene_scale, &p->soup, error);
+    if (status != KELLER_IO || strncmp(error->message, "cannot ", 7) != 0) return status;
+    KellerError plain = *error;
+    return keller_error(error, status, "%s:%d: %s", c->file, c->scene_line, plain.message);
+}
+
 KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
 {
     double start = keller_seconds();
-    KellerStatus status = keller_soup_read(p->config.scene_file, p->config.scene_scale, &p->soup, error);
+    KellerStatus status = read_scene(p, error);
     if (status == KELLER_OK) status = keller_config_resolve(&p->config, &p->soup, error);
     double read = keller_seconds();
-    if (status == KELLER_OK) status = keller_scene_build(&p->soup, &p->scene, error);
+    if (status == KELLER_OK) status = keller_build_scene_of(p->config.scene_file, &p->soup, &p->scene, error);
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;
@@ -83,6 +101,16 @@ void keller_print_configuration(const KellerConfig *c)
                c->output_scene ? "scene" : "", c->output_paths || c->output_coverage || c->output_scene ? "" : "none");
 }
 
+/* Vertices that no triangle has: where an edge was cut because a face touches or crosses it. */
+static size_t cut_points(const KellerScene *scene)
+{
+    size_t welded = 0;
+    for (size_t t = 0; t < scene->triangle_count; ++t)
+        for (int i = 0; i < 3; ++i)
+            if (scene->triangles[t][i] >= welded) welded = (size_t)scene->triangles[t][i] + 1;
+    return scene->vertex_count - welded;
+}
+
 void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes)
 {
     const KellerSceneReport *r = &scene->report;
@@ -92,6 +120,11 @@ void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool n
                soup->vertex_count, soup->object_count, soup->files, soup->files == 1 ? "" : "s");
     keller_row("model", "%zu triangles, %zu vertices, %zu faces, %zu wedges", scene->triangle_count,
                scene->vertex_count, scene->face_count, scene->wedge_count);
+    if (scene->triangle_count == 0)
+        printf("  note: %s: free space only\n",
+               soup->triangle_count == 0 ? "the scene has no triangles" : "no triangle of the scene has an area");
+    keller_row("cut points added", "%zu", cut_points(scene));
+    if (soup->object_count > 0) keller_row_of_texts("objects", soup->objects, soup->object_count, 20);
     if (scene->triangle_count > 0)
         keller_row("box", "(%g, %g, %g) to (%g, %g, %g) m", scene->lower.x, scene->lower.y, scene->lower.z,
                    scene->upper.x, scene->upper.y, scene->upper.z);

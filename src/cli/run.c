@@ -217,12 +217,24 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
     return status;
 }
 
+static KellerStatus refuse_inputs(const char *output, const KellerConfig *config, KellerError *error)
+{
+    KellerStatus status = keller_refuse_input(output, config->file, "the configuration of this run", error);
+    if (status == KELLER_OK)
+        status = keller_refuse_input(output, config->scene_file, "the scene file of this run", error);
+    for (size_t s = 0; s < config->set_count && status == KELLER_OK; ++s)
+        if (config->sets[s].file)
+            status = keller_refuse_input(output, config->sets[s].file, "a route file of this run", error);
+    return status;
+}
+
 static KellerStatus prepare_and_simulate(const Options *o, KellerInterrupt *interrupt, KellerError *error)
 {
     double start = keller_seconds();
     KellerPrepared prepared;
     KellerStatus status = keller_prepare_config(o->config, &o->variables, &prepared, error);
     /* before anything slow */
+    if (status == KELLER_OK) status = refuse_inputs(o->output, &prepared.config, error);
     if (status == KELLER_OK) status = keller_result_check_target(o->output, o->force, error);
     if (status == KELLER_OK) {
         if (o->verbose) fprintf(stderr, "keller: reading %s\n", prepared.config.scene_file);

@@ -22,7 +22,8 @@ void keller_summary_paths(KellerSummary *s, const KellerPathBatch *batch)
 {
     for (size_t p = 0; p < batch->count; ++p) {
         uint64_t first = batch->offset[p], count = batch->offset[p + 1] - first;
-        const uint8_t *kinds = batch->interaction_kind + first;
+        /* A batch of lines of sight alone has no array to point into. */
+        const uint8_t *kinds = count > 0 ? batch->interaction_kind + first : NULL;
         if (count == 0) ++s->line_of_sight;
         else ++s->by_kind[most_particular(kinds, count)];
 

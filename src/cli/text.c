@@ -1,6 +1,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 #include "cli/cli.h"
 
 void keller_row(const char *name, const char *format, ...)
@@ -10,6 +11,22 @@ void keller_row(const char *name, const char *format, ...)
     va_start(args, format);
     vprintf(format, args);
     va_end(args);
+    putchar('\n');
+}
+
+void keller_row_of_texts(const char *name, char *const *texts, uint64_t count, uint64_t most)
+{
+    enum { START = 21, WIDTH = 118 };
+    int at = printf("  %-18s %llu", name, (unsigned long long)count);
+    for (uint64_t i = 0; i < count && i < most; ++i) {
+        size_t length = strlen(texts[i]);
+        bool wrap = i > 0 && (length > WIDTH || at + 2 + (int)length > WIDTH);
+        at = (wrap ? START : at + 2) + (int)(length < WIDTH ? length : WIDTH);
+        if (wrap) printf(",\n%*s", START, "");
+        else fputs(i ? ", " : ": ", stdout);
+        keller_put_text(texts[i]);
+    }
+    if (count > most) printf(" and %llu more", (unsigned long long)(count - most));
     putchar('\n');
 }
 

@@ -32,7 +32,10 @@ void keller_config_free(KellerConfig *config)
     free(config->assignment_lines);
     for (size_t i = 0; i < config->transmitter_count; i++) free(config->transmitters[i].id);
     free(config->transmitters);
-    for (size_t i = 0; i < config->set_count; i++) free(config->sets[i].id);
+    for (size_t i = 0; i < config->set_count; i++) {
+        free(config->sets[i].id);
+        free(config->sets[i].file);
+    }
     free(config->sets);
     free(config->receivers);
     *config = (KellerConfig){0};

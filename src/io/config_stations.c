@@ -145,9 +145,10 @@ KellerStatus keller_config_read_route(KellerConfigReader *reader, const xmlNode 
     size_t count = 0;
     status = keller_config_read_points(reader, node, path, KELLER_MAX_RECEIVERS - reader->config->receiver_count,
                                        &points, &count);
-    free(path);
     KellerReceiverSet *set = NULL;
     if (status == KELLER_OK) status = add_set(reader, node, KELLER_SET_ROUTE, count, &set);
+    if (status == KELLER_OK) set->file = path;
+    else free(path);
     for (size_t i = 0; i < count && status == KELLER_OK; i++) {
         station.position = points[i];
         reader->config->receivers[set->first + i].station = station;

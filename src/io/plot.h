@@ -27,12 +27,12 @@ typedef struct {
     double x0, x1, y0, y1;      /* m, what is shown */
 } KellerPlotBox;
 
-/* Terminal, size in true aspect ratio, axes in metres, the palette with its range and label. */
-void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *title, const char *colour_label,
-                       double lowest, double highest, FILE *script);
+/* Terminal, size in true aspect ratio, axes in metres, the palette with its range and label. `subtitle` may be NULL. */
+void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *title, const char *subtitle,
+                       const char *colour_label, double lowest, double highest, FILE *script);
 /* The data block $outline: where the plane at height z cuts the scene, within the box. *any: it holds something. */
 KellerStatus keller_plot_outline(KellerReader *reader, const char *file, KellerPlotBox box, double z, FILE *script,
                                  bool *any, KellerError *error);
-/* Marks a point with its name. */
-void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, FILE *script);
+/* Marks a point with its name, in the transmitters' or the receivers' colour. */
+void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, bool receiver, FILE *script);
 #endif

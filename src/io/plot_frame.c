@@ -7,8 +7,8 @@
 static const double most_width = 1000, most_height = 700, least_width = 260, least_height = 140;
 static const double side = 230, top_and_bottom = 120;
 
-void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *title, const char *colour_label,
-                       double lowest, double highest, FILE *script)
+void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *title, const char *subtitle,
+                       const char *colour_label, double lowest, double highest, FILE *script)
 {
     double dx = box.x1 - box.x0, dy = box.y1 - box.y0;
     double scale = fmin(most_width / dx, most_height / dy);
@@ -24,10 +24,15 @@ void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *ti
                 "} else {\n  set terminal png noenhanced truecolor size %d,%d\n}\n",
                 width, height, width, height);
     fprintf(script, "set size ratio -1\nset border lw 0.8\nset tics out nomirror\nunset key\n"
+                    "set style textbox opaque noborder margins 0.3,0.1\n"
                     "set xlabel 'x / m'\nset ylabel 'y / m'\n"
                     "set xrange [%.17g:%.17g]\nset yrange [%.17g:%.17g]\n", box.x0, box.x1, box.y0, box.y1);
     fputs("set title ", script);
     keller_gnuplot_text(script, title);
+    if (subtitle) {
+        fputs(".\"\\n\".", script);
+        keller_gnuplot_text(script, subtitle);
+    }
     fputs("\nset cblabel ", script);
     keller_gnuplot_text(script, colour_label);
     fputs(" offset 1.5,0", script); /* clear of tick labels such as -100 */
@@ -37,15 +42,16 @@ void keller_plot_frame(const KellerPlot *plot, KellerPlotBox box, const char *ti
                     "10 '#fde725')\n", lowest, highest);
 }
 
-void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, FILE *script)
+void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, bool receiver, FILE *script)
 {
     if (!(point.x >= box.x0 && point.x <= box.x1 && point.y >= box.y0 && point.y <= box.y1)) return;
     bool right = point.x > box.x0 + 0.8 * (box.x1 - box.x0);
-    fprintf(script, "set object circle at %.17g,%.17g size screen 0.006 front fillcolor rgb '#d62728' fillstyle solid "
-                    "border lc rgb '#ffffff'\nset label ", point.x, point.y);
+    const char *colour = receiver ? "#0b4fd6" : "#d62728";
+    fprintf(script, "set object circle at %.17g,%.17g size screen 0.006 front fillcolor rgb '%s' fillstyle solid "
+                    "border lc rgb '#ffffff'\nset label ", point.x, point.y, colour);
     keller_gnuplot_text(script, name);
-    fprintf(script, " at %.17g,%.17g %s offset %s,0.7 front textcolor rgb '#d62728'\n", point.x, point.y,
-            right ? "right" : "left", right ? "-0.7" : "0.7");
+    fprintf(script, " at %.17g,%.17g %s offset %s,0.7 front boxed textcolor rgb '%s'\n", point.x, point.y,
+            right ? "right" : "left", right ? "-0.7" : "0.7", colour);
 }
 
 /* Where the horizontal plane at height z cuts the triangle: two points, or nothing. A corner in the plane counts as

@@ -144,8 +144,8 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     bool outline = false;
     status = keller_plot_outline(reader, plot->file, box, map.z, script, &outline, error);
     if (status == KELLER_OK) {
-        keller_plot_frame(plot, box, title, label, lowest, highest, script);
-        keller_plot_mark(info->transmitter_positions[plot->tx], box, tx, script);
+        keller_plot_frame(plot, box, title, NULL, label, lowest, highest, script);
+        keller_plot_mark(info->transmitter_positions[plot->tx], box, tx, false, script);
         fputs("plot ", script);
         if (any)
             fprintf(script, "$map matrix using (%.17g + $1 * %.17g):(%.17g + $2 * %.17g):3 with image", map.x[0], step,

@@ -1,6 +1,7 @@
 #include "keller/resolve.h"
 
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -72,6 +73,21 @@ static KellerStatus read_default(Resolver *r)
     return unknown_material(r, r->config->default_material_line, "<default-material>", r->config->default_material);
 }
 
+/* The first names, for a message: ` (wall, roof, ...)`. */
+enum { LISTED_OBJECTS = 6, OBJECT_LIST_BYTES = LISTED_OBJECTS * (sizeof(KellerQuote) + 2) + 16 };
+
+static const char *object_list(const KellerSoup *soup, char list[OBJECT_LIST_BYTES])
+{
+    size_t at = 0;
+    list[0] = '\0';
+    for (size_t o = 0; o < soup->object_count && o < LISTED_OBJECTS; o++)
+        at += (size_t)snprintf(list + at, OBJECT_LIST_BYTES - at, "%s%s", o ? ", " : " (",
+                               keller_quote(soup->objects[o]).text);
+    if (soup->object_count > 0)
+        snprintf(list + at, OBJECT_LIST_BYTES - at, "%s", soup->object_count > LISTED_OBJECTS ? ", ...)" : ")");
+    return list;
+}
+
 static KellerStatus read_assignments(Resolver *r)
 {
     for (size_t o = 0; o < r->soup->object_count; o++) r->of_object[o] = NOTHING;
@@ -83,12 +99,13 @@ static KellerStatus read_assignments(Resolver *r)
             char hint[KELLER_HINT_BYTES];
             KellerNearest nearest = keller_nearest(a->object);
             for (size_t o = 0; o < r->soup->object_count; o++) keller_nearest_offer(&nearest, r->soup->objects[o]);
+            char list[OBJECT_LIST_BYTES];
             return keller_error(
                 r->error, KELLER_BAD_INPUT,
                 "%s:%d: <assign> names object \"%s\", which is not in the scene; expected one of its %zu "
-                "objects%s",
+                "objects%s%s",
                 r->config->file, line, keller_quote(a->object).text, r->soup->object_count,
-                keller_nearest_hint(&nearest, hint));
+                object_list(r->soup, list), keller_nearest_hint(&nearest, hint));
         }
         r->of_object[object] = find_material(r, a->material);
         if (r->of_object[object] == NOTHING) return unknown_material(r, line, "<assign>", a->material);

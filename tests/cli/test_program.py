@@ -113,6 +113,7 @@ def test_wrong_usage_is_told_in_one_line(folder, shared):
         (["run", "a.xml", "-q", "-v"], "exclude"), (["check"], "configuration"), (["check", "--force", "a.xml"], "--force"),
         (["info"], "file"), (["info", "a", "b"], "b"), (["paths"], "result"), (["paths", "a.h5", "--format", "pdf"], "pdf"),
         (["paths", "a.h5", "--strongest", "0"], "--strongest"), (["plot", "a.h5"], "-o"),
+        (["plot", "a.h5", "--what", "delay", "--frequency", "1", "-o", "a.png"], "first frequency"),
         (["plot", "a.h5", "-o", "a.pdf"], "a.pdf"), (["plot", "a.h5", "--what", "noise", "-o", "a.png"], "noise"),
         (["export", "a.h5"], "not in this version"), (["scene", "stats"], "not in this version"),
         (["bench"], "not in this version"),
@@ -155,6 +156,24 @@ def test_an_existing_result_is_kept_unless_forced(folder, shared):
     expect(keller("run", "small.xml", "--force", cwd=folder), DONE)
     assert (folder / "small.h5").read_bytes()[1:4] == b"HDF"
     assert names(folder) == ["scene.obj", "small.h5", "small.xml", "walk.csv"]
+
+
+def test_an_input_is_never_replaced(folder, shared):
+    write_inputs(folder)
+    (folder / "linked.h5").symlink_to("scene.obj")
+    os.link(folder / "walk.csv", folder / "hard.h5")
+    contents = {path: path.read_bytes() for path in folder.iterdir()}
+    for output, role in [("small.xml", "the configuration"), ("scene.obj", "the scene file"), ("walk.csv", "a route file"),
+                         ("linked.h5", "the scene file"), ("hard.h5", "a route file"), ("./../" + folder.name + "/small.xml",
+                                                                                       "the configuration")]:
+        for force in [[], ["--force"]]:
+            expect(keller("run", "small.xml", "-o", output, *force, cwd=folder), IO, output, role, "another")
+    assert {path: path.read_bytes() for path in folder.iterdir()} == contents
+    result = folder / "result.png"
+    shutil.copy(finished(shared), result)
+    before = result.read_bytes()
+    expect(keller("plot", "result.png", "-o", "result.png", "--force", cwd=folder), IO, "result.png", "the result")
+    assert result.read_bytes() == before
 
 
 def test_places_that_cannot_be_written(folder, shared):
@@ -246,6 +265,16 @@ def test_what_this_version_does_not_compute_is_refused(folder, shared):
 
 def test_broken_scenes_name_file_and_line(folder, shared):
     write_inputs(folder)
+    text = (folder / "small.xml").read_text()
+    for verb in ["run", "check"]:
+        (folder / "small.xml").write_text(text.replace("scene.obj", "none.obj"))
+        expect(keller(verb, "small.xml", cwd=folder), IO, "keller: small.xml:3: ", "none.obj")
+        (folder / "small.xml").write_text(text.replace("walk.csv", "none.csv"))
+        expect(keller(verb, "small.xml", cwd=folder), IO, "keller: small.xml:11: ", "none.csv")
+    (folder / "small.xml").write_text(text)
+    (folder / "scene.obj").write_text("v 0 0 0\nv 1e200 0 0\nv 0 1 0\nf 1 2 3\n")
+    for arguments in [["run", "small.xml"], ["check", "small.xml"], ["info", "scene.obj"]]:
+        expect(keller(*arguments, cwd=folder), BAD_INPUT, "keller: scene.obj: vertex 1 ", "1e+200")
     for text, words in [
         ("v 0 0\nf 1 1 1\n", ["scene.obj:1: "]), ("v 0 0 nan\n", ["scene.obj:1: "]), ("v 0 0 1e999\n", ["scene.obj:1: "]),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", ["scene.obj:4: "]), ("v 0 0 0\nf 1 -2 1\n", ["scene.obj:2: "]),
@@ -262,6 +291,38 @@ def test_an_empty_scene_is_free_space(folder, shared):
     rows = json.loads(expect(keller("paths", "small.h5", "--format", "json", cwd=folder), DONE).stdout)
     rows = rows["paths"] if isinstance(rows, dict) else rows
     assert len(rows) == 2 * RECEIVERS, len(rows)     # line of sight only, from both transmitters to all
+    note = "note: the scene has no triangles: free space only"
+    vertices_only = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    for text in ["# nothing\n", vertices_only]:
+        (folder / "scene.obj").write_text(text)
+        for arguments in [["run", "small.xml", "--force"], ["check", "small.xml"], ["info", "scene.obj"]]:
+            done = expect(keller(*arguments, cwd=folder), DONE)
+            assert note in done.stdout and done.stderr == "", (text, arguments, done.stdout, done.stderr)
+    (folder / "scene.obj").write_text(vertices_only + "f 1 2 3\n")
+    assert note not in expect(keller("check", "small.xml", cwd=folder), DONE).stdout
+
+
+def test_objects_are_listed(folder, shared):
+    write_inputs(folder)
+    text = expect(keller("check", "small.xml", cwd=folder), DONE).stdout
+    assert "2: floor, wall\n" in text, text
+    (folder / "scene.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(f"o part{i}\nf 1 2 3\n" for i in range(23)))
+    text = expect(keller("info", "scene.obj", cwd=folder), DONE).stdout
+    # 23 objects: part0 to part19, and 3 that are not named
+    listed = "23: " + ", ".join(f"part{i}" for i in range(20)) + " and 3 more box"
+    assert listed in " ".join(text.split()) and max(map(len, text.splitlines())) <= 130, text
+
+
+def test_cut_points_are_counted(folder, shared):
+    write_inputs(folder)
+    assert "cut points added   0\n" in expect(keller("info", "scene.obj", cwd=folder), DONE).stdout
+    # A floor with a rim along x, and a screen in the plane y = 0 whose two sides, from (2, -2) and (8, -2) to (5, 3) in x
+    # and z, cross the rim at x = 2 + 3*2/5 = 3.2 and 8 - 3*2/5 = 6.8. Between these the rim is a corner of floor and
+    # screen, outside of them it is a rim: cut at two points that no file gave.
+    (folder / "cross.obj").write_text("v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nf 1 2 3 4\n"
+                                      "v 2 0 -2\nv 8 0 -2\nv 5 0 3\nf 5 6 7\n")
+    text = expect(keller("info", "cross.obj", cwd=folder), DONE).stdout
+    assert "cut points added   2\n" in text and "3 triangles, 9 vertices, 2 faces" in text, text
 
 
 def test_check_says_what_would_run_and_writes_nothing(folder, shared):
@@ -455,6 +516,35 @@ def test_damaged_results_are_bad_input(folder, shared):
     assert names(folder) == ["bad.h5"]
 
 
+def test_a_text_of_four_gigabytes_is_not_believed(folder, shared):
+    """The length of a stored text is damaged: refused before memory of that size is touched."""
+    try:
+        import h5py
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    bad = folder / "bad.h5"
+    shutil.copy(finished(shared), bad)
+    with h5py.File(bad, "r+") as f:
+        texts = f["transmitters/id"][()]
+        del f["transmitters/id"]
+        data = f.create_dataset("transmitters/id", data=texts, dtype=h5py.string_dtype())   # contiguous: patched below
+        f.flush()
+        at = data.id.get_offset()
+    content = bytearray(bad.read_bytes())
+    assert struct.unpack_from("<I", content, at)[0] == len("tx1"), "not where the length is"
+    content[at:at + 4] = struct.pack("<I", 0xf0000000)
+    bad.write_bytes(content)
+    for verb in [["info"], ["paths"], ["plot", "-o", "bad.png"]]:
+        run = subprocess.Popen([PROGRAM, *verb, "bad.h5"], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               text=True)
+        error = run.stderr.read()
+        run.stderr.close()
+        _, status, usage = os.wait4(run.pid, 0)
+        run.returncode = os.waitstatus_to_exitcode(status)
+        assert run.returncode == BAD_INPUT and "bad.h5" in error, (verb, run.returncode, error)
+        assert usage.ru_maxrss < 1 << 20, (verb, usage.ru_maxrss)    # KiB: below 1 GiB
+
+
 # ---- plot ---------------------------------------------------------------------------------------------------------------
 
 
@@ -487,6 +577,34 @@ def test_plots_are_png_and_svg(folder, shared):
     for word in ["x / m", "y / m", "path gain / dB", "tx1", "3.5 GHz"]:
         assert word in text, (word, text)
     assert names(folder) == ["a.png", "b.png", "b.svg"]
+
+
+def test_a_picture_of_paths_says_whose_they_are(folder, shared):
+    need_gnuplot()
+    result = finished(shared)
+    data = json.loads(expect(keller("paths", result, "--format", "json"), DONE).stdout)["paths"]
+
+    def words_of(*arguments):
+        expect(keller("plot", result, "--what", "paths", *arguments, "-o", "p.svg", "--force", cwd=folder), DONE)
+        root = ElementTree.parse(folder / "p.svg").getroot()
+        return ["".join(element.itertext()).strip() for element in root.iter() if element.tag.endswith("text")]
+
+    words = words_of("--tx", "tx2", "--rx", "rx1")
+    gains = [path["gain_dB"][0] for path in data if path["tx"] == "tx2" and path["rx"] == "rx1"]
+    near = [gain for gain in gains if gain is not None and gain >= max(g for g in gains if g is not None) - 60]
+    for word in ["tx2", "rx1", "tx2 to rx1, 3.5 GHz", f"{len(near)} of {len(gains)} paths: those within 60 dB of the strongest"]:
+        assert word in words, (word, words)
+    words = words_of("--rx", "walk[1]")
+    assert "tx1 to walk[1], 3.5 GHz" in words and "walk[1]" in words and "walk[0]" not in words, words
+    words = words_of()    # 19 receivers: each has its name
+    for word in ["tx1 to all receivers, 3.5 GHz", "rx1"] + [f"walk[{i}]" for i in range(3)] + [f"map[{i}]" for i in range(15)]:
+        assert word in words, (word, words)
+    # 1 + 3 + 45 receivers: each set has its name
+    write_inputs(folder, "1 m")
+    expect(keller("run", "small.xml", "-q", cwd=folder), DONE)
+    result = folder / "small.h5"
+    words = words_of()
+    assert {"rx1", "walk", "map"} <= set(words) and "walk[0]" not in words, words
 
 
 def test_plot_errors(folder, shared):

@@ -160,6 +160,9 @@ static void test_refused(void **state)
     config.default_material = NULL;
     assignments[0].object = (char[]){"rof"};
     expect_refused(&config, 10, "<assign> names object \"rof\", which is not in the scene", "did you mean \"roof\"?");
+    /* nothing is near: the names themselves */
+    assignments[0].object = (char[]){"chimney"};
+    expect_refused(&config, 10, "expected one of its 6 objects (wall_1, wall_2, roof, box, sign, door)", "chimney");
     assignments[0].object = (char[]){"roof"};
     assignments[0].material = (char[]){"bricks"};
     expect_refused(&config, 10, "<assign> names material \"bricks\"", "did you mean \"brick\"?");
