@@ -24,19 +24,21 @@ KellerStatus keller_accel_build(const char *name, const KellerScene *scene, Kell
 /* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges. `wedges` is copied. */
 KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
                                        KellerAccel **accel, KellerError *error);
+/* Frees an accelerator; NULL is allowed. */
 void keller_accel_free(KellerAccel *accel);
+/* The name of what was built ("bvh"), also where "auto" was asked for; static storage. */
 const char *keller_accel_name(const KellerAccel *accel);
 
+typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);
 /* Calls visit(context, triangle) for every triangle whose box, grown by `margin` (m), the segment a-b meets: a superset
  * of the triangles within `margin` of the segment. Stops when visit returns true, and then returns true. */
-typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);
 bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, double margin,
                           KellerVisitTriangle visit, void *context, KellerAccelWork *work);
 
+typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
 /* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
  * keller_cone_triangle, nearer boxes first but in no exact order. visit returns the far end of the range still of interest (INFINITY: all),
  * so that a caller who found a wall can shorten the rest of the query. */
-typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        void *context, KellerAccelWork *work);
 /* The same for the scene's wedges, with the range of keller_cone_edge. */

@@ -93,6 +93,7 @@ typedef struct {
  * Errors: KELLER_IO (cannot open), KELLER_BAD_INPUT with FILE:LINE. */
 KellerStatus keller_config_read(const char *file, size_t variable_count, const KellerVariable *variables,
                                 KellerConfig *config, KellerError *error);
+/* Frees what *config owns and empties it. */
 void keller_config_free(KellerConfig *config);
 
 /* A quantity with its unit, e.g. "3.5 GHz" with kind "frequency"; SI value in *value. The whole text must be used.

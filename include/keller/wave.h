@@ -96,9 +96,10 @@ typedef struct {
     KellerPolarization polarization;
 } KellerAntenna;
 
-/* Zenith and azimuth (radians, SPEC 1) of the unit vector d, and the unit vectors theta-hat, phi-hat there. At the poles
- * azimuth is 0. Any output pointer may be NULL. */
+/* Zenith and azimuth (radians, zenith in [0, pi], azimuth in (-pi, pi]) of the unit vector d. At the poles azimuth is 0. Any
+ * output pointer may be NULL. */
 void keller_angles(KellerVec3 d, double *zenith, double *azimuth);
+/* The unit vectors theta-hat and phi-hat at the unit vector d. Any output pointer may be NULL. */
 void keller_spherical_basis(KellerVec3 d, KellerVec3 *theta_hat, KellerVec3 *phi_hat);
 
 /* The antenna's field pattern towards the global unit direction d (away from the antenna, for transmitting and for
