@@ -18,8 +18,8 @@ typedef struct {
     uint64_t nodes, triangles;
 } KellerAccelWork;
 
-/* Builds the accelerator `name` ("auto" or "bvh": binary, binned SAH) over the scene's triangles. The scene must outlive
- * it. Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). */
+/* Builds the accelerator `name` ("auto" or "bvh": a binary hierarchy by binned SAH, four children to a node) over the
+ * scene's triangles and wedges. The scene must outlive it. Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). */
 KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error);
 /* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges. `wedges` is copied. */
 KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
@@ -37,8 +37,8 @@ bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, 
 
 typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
 /* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
- * keller_cone_triangle, nearer boxes first but in no exact order. visit returns the far end of the range still of interest (INFINITY: all),
- * so that a caller who found a wall can shorten the rest of the query. */
+ * keller_cone_triangle, nearer boxes first but in no exact order. visit returns the far end of the range still of
+ * interest (INFINITY: all), so that a caller who found a wall can shorten the rest of the query. */
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        void *context, KellerAccelWork *work);
 /* The same for the scene's wedges, with the range of keller_cone_edge. */
