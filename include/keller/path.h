@@ -53,8 +53,8 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
 
 /* The 2x2 transfer matrix (SPEC 1; indices received, transmitted; row major) of a path at one frequency, weight, spreading
  * and phase included, antennas excluded. `media` is that frequency's row of the media table. */
-void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, KellerVec3 rx,
-                          double frequency, const KellerMedium *media, double complex transfer[4]);
+void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
+                          const KellerMedium *media, double complex transfer[4]);
 
 /* ---- a whole simulation ----------------------------------------------------------------------------------------- */
 

@@ -42,7 +42,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         keller_antenna_field(&r->antenna, r->orientation, v3_scale(p->leg[p->count], -1), &fr[0], &fr[1]);
         for (size_t f = 0; f < F; f++) {
             double complex *m = &pair->transfer[(i * F + f) * 4];
-            keller_path_transfer(c->scene, p, t->position, r->position, c->config->frequencies[f],
+            keller_path_transfer(c->scene, p, t->position, c->config->frequencies[f],
                                  c->media + f * c->scene->material_count, m);
             double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
             pair->gain[i * F + f] = g;

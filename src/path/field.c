@@ -33,8 +33,8 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
 static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
 
-void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, KellerVec3 rx,
-                          double frequency, const KellerMedium *media, double complex transfer[4])
+void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
+                          const KellerMedium *media, double complex transfer[4])
 {
     double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
     KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
@@ -43,7 +43,6 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
     KellerCVec3 e[2] = {complex_vector(theta_tx), complex_vector(phi_tx)};
     double spreading = 1 / path->length, walked = 0;
     KellerVec3 last = tx;
-    (void)rx;
     for (uint32_t i = 0; i < path->count; i++) {
         walked += v3_distance(last, path->position[i]);
         last = path->position[i];

@@ -26,8 +26,8 @@ static inline double path_rounding(const KellerScene *scene, KellerVec3 p)
 }
 
 /* Does the wedge's sector hold the direction v (from the edge outwards)? Angles within `slack` (radians) of a face count
- * as in it; *phi (may be NULL) is then in [0, n pi]. */
-bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack, double *phi);
+ * as in it. */
+bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack);
 
 /* True if the wedge's edge lies in a plane of that id. */
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);

@@ -6,12 +6,12 @@
 
 enum { MOST = KELLER_MAX_INTERACTIONS };
 
-static void plan(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids, TreeLimits *forward,
-                 TreeLimits *backward)
+void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids,
+               TreeLimits *forward, TreeLimits *backward)
 {
     memset(forward->want, 0, sizeof forward->want);
     memset(backward->want, 0, sizeof backward->want);
-    uint32_t half = grids ? (interactions + 1) / 2 : interactions - interactions / 2;
+    uint32_t half = (interactions + 1) / 2;
     for (uint32_t k = 1; k <= interactions; k++)
         for (uint32_t w = 0; w <= k; w++) { /* place of the wedge, counted from the receiver */
             if (k - (w > 0) > reflections || (w > 0) > diffractions) continue;
@@ -20,18 +20,6 @@ static void plan(uint32_t reflections, uint32_t diffractions, uint32_t interacti
             backward->want[m][w == m ? m : 0] = true;
             forward->want[k + 1 - m][w > 0 ? k + 1 - w : 0] = true;
         }
-}
-
-void plan_points(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
-                 TreeLimits *backward)
-{
-    plan(reflections, diffractions, interactions, false, forward, backward);
-}
-
-void plan_grids(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
-                TreeLimits *backward)
-{
-    plan(reflections, diffractions, interactions, true, forward, backward);
 }
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,

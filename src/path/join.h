@@ -30,10 +30,8 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
 /* Who searches what, so that for every kind of path the two ends meet. For points they meet at the wedge, so that neither
  * has to fan out from one, or in the middle of reflections. For grids the receivers' side goes at most half the way and the
  * transmitter's, whose tree serves all patches, does the rest and fans out from wedges. */
-void plan_points(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
-                 TreeLimits *backward);
-void plan_grids(uint32_t reflections, uint32_t diffractions, uint32_t interactions, TreeLimits *forward,
-                TreeLimits *backward);
+void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids, TreeLimits *forward,
+               TreeLimits *backward);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error);

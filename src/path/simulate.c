@@ -306,7 +306,7 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     s->backward = forward;
     KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
     if (status != KELLER_OK) return status;
-    (grids ? plan_grids : plan_points)(c->reflections, c->diffractions, s->join.interactions, &forward, &s->backward);
+    plan_ends(c->reflections, c->diffractions, s->join.interactions, grids, &forward, &s->backward);
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
     status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);

@@ -8,17 +8,11 @@
 /* How far the receiver's or source's image may be on the wrong side of a plane: rounding only. */
 #define SIDE_SLACK 1e-12
 
-bool path_in_sector(const KellerWedge *w, KellerVec3 v, double slack, double *phi)
+bool path_in_sector(const KellerWedge *w, KellerVec3 v, double slack)
 {
     double angle = atan2(v3_dot(v, w->normal0), v3_dot(v, w->tangent0)), open = w->n * M_PI;
     if (angle < 0) angle += 2 * M_PI;
-    if (angle > open) {
-        if (angle - open <= slack) angle = open;
-        else if (2 * M_PI - angle <= slack) angle = 0;
-        else return false;
-    }
-    if (phi) *phi = angle;
-    return true;
+    return angle <= open + slack || 2 * M_PI - angle <= slack;
 }
 
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane)
@@ -251,8 +245,8 @@ static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3
     for (size_t i = 0; i < before; i++) path->position[before - 1 - i] = back[i];
     if (edge < count) {
         const KellerWedge *w = &scene->wedges[steps[edge].id];
-        if (!path_in_sector(w, v3_scale(along_in, -1), KELLER_BOUNDARY_ANGLE, NULL) ||
-            !path_in_sector(w, along_out, KELLER_BOUNDARY_ANGLE, NULL))
+        if (!path_in_sector(w, v3_scale(along_in, -1), KELLER_BOUNDARY_ANGLE) ||
+            !path_in_sector(w, along_out, KELLER_BOUNDARY_ANGLE))
             return false;
     }
 

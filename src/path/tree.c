@@ -1,5 +1,6 @@
 #include "path/tree.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,11 +37,6 @@ typedef struct {
     double bounds[2][2];        /* slopes of the part that was hit */
 } HitFace;
 
-typedef struct {
-    uint32_t wedge;
-    KellerVec3 from, to;        /* the piece inside the cone */
-} HitWedge;
-
 /* What is still of use after `length` steps with the wedge at place w (0: none so far). */
 typedef struct {
     bool face;                  /* another face */
@@ -69,7 +65,7 @@ typedef struct {
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
     HitFace *face;
-    HitWedge *wedge;
+    uint32_t *wedge;
 } Query;
 
 static void process(Search *search, const Beam *beam);
@@ -203,16 +199,15 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
 static bool arrives(const Beam *beam, const KellerWedge *w)
 {
     if (beam->source_count > 1 && w->n < 1) return true; /* the outside is not convex: corners prove nothing */
-    KellerVec3 edge_near = w->origin;
     bool all_behind_first = true, all_behind_second = true;
     double open = w->n * M_PI;
     KellerVec3 tn = v3_add(v3_scale(w->tangent0, cos(open)), v3_scale(w->normal0, sin(open)));
     KellerVec3 nn = v3_cross(tn, w->direction); /* normal of the n-face, into the sector */
     for (uint32_t i = 0; i < beam->source_count; i++) {
-        KellerVec3 d = v3_sub(beam->source[i], edge_near);
+        KellerVec3 d = v3_sub(beam->source[i], w->origin);
         if (beam->source_count == 1) {
             d = v3_madd(d, w->direction, -v3_dot(d, w->direction));
-            return v3_norm(d) <= 1e-9 * (1 + v3_norm(beam->source[i])) || path_in_sector(w, d, 1e-6, NULL);
+            return v3_norm(d) <= 1e-9 * (1 + v3_norm(beam->source[i])) || path_in_sector(w, d, 1e-6);
         }
         double slack = 1e-6 * v3_norm(d);
         if (v3_dot(d, w->normal0) > -slack) all_behind_first = false;
@@ -229,16 +224,15 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     const KellerWedge *w = &scene->wedges[id];
     if (q->too_much) return -INFINITY;
     if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
-    KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)}, from, to;
+    KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
+    (void)range;
     if (behind_mirror(q, scene, 2, ends)) return q->far;
     double bounds[2][2];
     slope_bounds(q->beam, 2, ends, bounds);
     if (!overlap(q->beam, bounds) || !arrives(q->beam, w)) return q->far;
-    keller_cone_edge(&q->cone, ends[0], ends[1], (KellerRange){q->start_near, q->far}, &from, &to);
-    (void)range;
     if (q->wedges == q->wedge_capacity) {
         uint32_t more = q->wedge_capacity ? 2 * q->wedge_capacity : 32;
-        HitWedge *grown = realloc(q->wedge, more * sizeof *grown);
+        uint32_t *grown = realloc(q->wedge, more * sizeof *grown);
         if (!grown) {
             q->search->failed = true;
             return -INFINITY;
@@ -246,7 +240,7 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
         q->wedge = grown;
         q->wedge_capacity = more;
     }
-    q->wedge[q->wedges++] = (HitWedge){id, from, to};
+    q->wedge[q->wedges++] = id;
     return stop_if_much(q);
 }
 
@@ -269,40 +263,32 @@ static void reflect(Search *s, const Beam *beam, const HitFace *hit, uint32_t no
     process(s, &b);
 }
 
-/* Keller's law: rays leave the edge at the angle at which they came. With the sources' and the piece's extents the
- * cotangent of beta lies between bounds; the fan is covered by cells in phi, and pieces of the edge so short that beta
- * varies little along each. */
-static void fan_out(Search *s, const Beam *beam, const HitWedge *hit, uint32_t node)
+/* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is known from the source, an image
+ * of the end, at both ends of the piece of edge inside the cone. The fan is covered by cells in phi, and by pieces of the edge
+ * so short that beta varies little along each. Only a point fans out: patches meet the other end before (join.c). */
+static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
 {
-    const KellerWedge *w = &s->limits->scene->wedges[hit->wedge];
-    double ends[2] = {v3_dot(v3_sub(hit->from, w->origin), w->direction), v3_dot(v3_sub(hit->to, w->origin), w->direction)};
-    double z_low = INFINITY, z_high = -INFINITY, rho_low = INFINITY, rho_high = 0;
-    for (uint32_t i = 0; i < beam->source_count; i++) {
-        KellerVec3 d = v3_sub(beam->source[i], w->origin);
-        double z = v3_dot(d, w->direction), rho = v3_norm(v3_madd(d, w->direction, -z));
-        z_low = lesser(z_low, z);
-        z_high = greater(z_high, z);
-        rho_high = greater(rho_high, rho);
-        rho_low = lesser(rho_low, rho);
+    const KellerWedge *w = &s->limits->scene->wedges[wedge];
+    assert(q->beam->source_count == 1);
+    KellerVec3 from_point, to_point, source = v3_sub(q->beam->source[0], w->origin);
+    KellerRange clip = {q->start_near, q->far};
+    KellerRange met = keller_cone_edge(&q->cone, w->origin, v3_madd(w->origin, w->direction, w->length), clip, &from_point,
+                                       &to_point);
+    if (met.near > met.far) return;
+    double z = v3_dot(source, w->direction), rho = v3_norm(v3_madd(source, w->direction, -z));
+    if (!(rho > path_rounding(s->limits->scene, w->origin))) return; /* on the edge's own line: it does not diffract for it */
+    double from = v3_dot(v3_sub(from_point, w->origin), w->direction), to = v3_dot(v3_sub(to_point, w->origin), w->direction);
+    if (from > to) {
+        double swap = from;
+        from = to;
+        to = swap;
     }
-    if (beam->source_count > 1) { /* the hull may come nearer to the edge's line than its corners */
-        double across = 0;
-        for (uint32_t i = 1; i < beam->source_count; i++) across = greater(across, v3_distance(beam->source[0], beam->source[i]));
-        rho_low = greater(rho_low - across, 1e-6 * (rho_high + across));
-    }
-    double least = path_rounding(s->limits->scene, w->origin);
-    if (!(rho_high > least)) return; /* sources on the edge's own line: it does not diffract for them */
-    rho_low = greater(rho_low, least);
-    double from = lesser(ends[0], ends[1]), to = greater(ends[0], ends[1]);
-    double beta_from = atan2(1, (from - z_high) / (from > z_high ? rho_high : rho_low));
-    double beta_to = atan2(1, (to - z_low) / (to > z_low ? rho_low : rho_high));
-    int pieces = (int)ceil(fabs(beta_from - beta_to) / (0.5 * FAN_CELL));
+    int pieces = (int)ceil(fabs(atan2(rho, from - z) - atan2(rho, to - z)) / (0.5 * FAN_CELL));
     pieces = pieces < 1 ? 1 : pieces > 16 ? 16 : pieces;
     int cells = (int)ceil(w->n * M_PI / FAN_CELL);
     for (int p = 0; p < pieces; p++) {
         double za = from + (to - from) * p / pieces, zb = from + (to - from) * (p + 1) / pieces;
-        double low = (za - z_high) / (za > z_high ? rho_high : rho_low);  /* cot beta */
-        double high = (zb - z_low) / (zb > z_low ? rho_low : rho_high);
+        double low = (za - z) / rho, high = (zb - z) / rho;               /* cot beta */
         double beta[2] = {atan2(1, high), atan2(1, low)};                 /* 0 .. pi */
         int slices = (int)ceil((beta[1] - beta[0]) / FAN_CELL);
         if (slices < 1) slices = 1;
@@ -312,7 +298,7 @@ static void fan_out(Search *s, const Beam *beam, const HitWedge *hit, uint32_t n
             double beta_b = beta[0] + (beta[1] - beta[0]) * (c / cells + 1) / slices;
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
-            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = hit->wedge};
+            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge};
             b.source[0] = v3_madd(w->origin, w->direction, za);
             b.source[1] = v3_madd(w->origin, w->direction, zb);
             b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
@@ -394,7 +380,10 @@ static void process(Search *s, const Beam *beam)
     if (beam->mirror != KELLER_NONE && !start_at_mirror(&q, scene)) return;
     double wide = 0;
     for (int k = 0; k < 2; k++) wide = greater(wide, beam->window[k][1] - beam->window[k][0]);
-    s->query++;
+    if (++s->query == 0) { /* all stamps used: begin anew */
+        memset(s->stamp, 0, (scene->face_count + 1) * sizeof *s->stamp);
+        s->query = 1;
+    }
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
     bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
@@ -420,9 +409,9 @@ static void process(Search *s, const Beam *beam)
             else if (after_face.face || after_face.wedge) reflect(s, beam, &q.face[i], node);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
-            uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i].wedge));
+            uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i]));
             if (node == KELLER_NONE) s->failed = true;
-            else if (after_wedge.face) fan_out(s, beam, &q.wedge[i], node);
+            else if (after_wedge.face) fan_out(s, &q, q.wedge[i], node);
         }
     }
     free(q.face);

@@ -66,19 +66,7 @@ KellerSoup soup_new(void)
     return soup;
 }
 
-void soup_release(KellerSoup *soup)
-{
-    for (size_t i = 0; i < soup->material_count; i++) free(soup->materials[i].name);
-    for (size_t i = 0; i < soup->object_count; i++) free(soup->objects[i]);
-    free(soup->vertices);
-    free(soup->triangles);
-    free(soup->material);
-    free(soup->object);
-    free(soup->materials);
-    free(soup->objects);
-    free(soup->notes);
-    *soup = (KellerSoup){0};
-}
+void soup_release(KellerSoup *soup) { keller_soup_free(soup); }
 
 KellerSoup soup_copy(const KellerSoup *soup)
 {

@@ -4,31 +4,18 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
 #include "harness.h"
+#include "../unit/real_scene.h"
 #include "scenes.h"
 
-static bool read_scene(const char *name, KellerScene *scene)
+static KellerScene read_scene(const char *name)
 {
-    char path[2048];
-    const char *scenes = getenv("KELLER_SCENES"), *source = getenv("KELLER_SOURCE");
-    if (scenes && *scenes) snprintf(path, sizeof path, "%s/%s", scenes, name);
-    else snprintf(path, sizeof path, "%s/../shared/scenes/%s", source ? source : ".", name);
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        print_message("# %s is absent: skipped (set KELLER_SCENES)\n", path);
-        return false;
-    }
-    fclose(file);
-    KellerSoup soup;
-    KellerError error;
-    if (keller_soup_read(path, 1, &soup, &error) != KELLER_OK) fail_msg("%s", error.message);
-    *scene = scene_of(&soup);
+    KellerSoup soup = real_scene(name);
+    KellerScene scene = scene_of(&soup);
     keller_soup_free(&soup);
-    return true;
+    return scene;
 }
 
 static bool same_path(const Found *a, const Found *b, size_t frequencies)
@@ -96,8 +83,7 @@ static void random_scenes(void **state)
 static void street_canyon(void **state)
 {
     (void)state;
-    KellerScene scene;
-    if (!read_scene("sionna/simple_street_canyon/simple_street_canyon.xml", &scene)) skip();
+    KellerScene scene = read_scene("sionna/simple_street_canyon/simple_street_canyon.xml");
     size_t paths = 0;
     grid_against_points(&scene, v3(-22, 0, 10), v3(-5.3, -7.1, 1.5), 1.37, 3, 1, 3, &paths);
     grid_against_points(&scene, v3(-22, 0, 30), v3(10.3, -9.1, 1.5), 4.57, 2, 1, 2, &paths);
@@ -108,8 +94,7 @@ static void street_canyon(void **state)
 static void munich_apertures(void **state)
 {
     (void)state;
-    KellerScene scene;
-    if (!read_scene("sionna/munich/munich.xml", &scene)) skip();
+    KellerScene scene = read_scene("sionna/munich/munich.xml");
     KellerVec3 tx = v3(8.5, 21, 27), rx = v3(45, 90, 1.5);
     Run run = run_new(&tx, 1, &rx, 3, 1, 3);
     run.cone = 2 * M_PI / 180;

@@ -9,22 +9,11 @@
 #include <cmocka.h>
 #include "keller/scene.h"
 #include "keller/soup.h"
+#include "real_scene.h"
 
 static KellerSoup read_scene(const char *name)
 {
-    char path[2048];
-    const char *scenes = getenv("KELLER_SCENES"), *source = getenv("KELLER_SOURCE");
-    if (scenes && *scenes) snprintf(path, sizeof path, "%s/%s", scenes, name);
-    else snprintf(path, sizeof path, "%s/../shared/scenes/%s", source ? source : ".", name);
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        print_message("# %s is absent: skipped (set KELLER_SCENES)\n", path);
-        skip();
-    }
-    fclose(file);
-    KellerSoup soup;
-    KellerError error;
-    if (keller_soup_read(path, 1, &soup, &error) != KELLER_OK) fail_msg("%s", error.message);
+    KellerSoup soup = real_scene(name);
     for (size_t t = 0; t < soup.triangle_count; t++) assert_true(soup.material[t] < soup.material_count);
     return soup;
 }
