@@ -1,7 +1,12 @@
-/* keller/accel.h -- finding the triangles that a segment or a cone meets.
+/* keller/accel.h -- finding the triangles and edges that a ray, a segment or a cone meets.
  *
- * Boxes are in single precision, rounded outwards; the tests on triangles are in double precision. Read-only once built:
- * any number of threads may query. */
+ * Three structures behind one interface: "kdtree" (SAH k-d tree, Wald and Havran 2006), "bvh" (binary hierarchy by binned SAH)
+ * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3). They answer alike: a query never misses
+ * what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports nothing else. Ties are
+ * broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
+ * relative to the scene's middle, rounded outwards; what they leave is decided in double precision on the caller's vertices.
+ *
+ * Read-only once built: any number of threads may query. */
 #ifndef KELLER_ACCEL_H
 #define KELLER_ACCEL_H
 #include <stdbool.h>
@@ -13,35 +18,111 @@
 
 typedef struct KellerAccel KellerAccel;
 
-/* Work done by queries, added up by the caller's thread. */
+/* Work done by queries, added up by the caller's thread. Start with {0}. */
 typedef struct {
-    uint64_t nodes, triangles;
+    uint64_t nodes;                 /* boxes tested, eight at a time count as one */
+    uint64_t triangles, edges;      /* that leaves offered to a test */
 } KellerAccelWork;
 
-/* Builds the accelerator `name` ("auto" or "bvh": a binary hierarchy by binned SAH, four children to a node) over the
- * scene's triangles and wedges. The scene must outlive it. Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). */
+/* ---- building --------------------------------------------------------------------------------------------------- */
+
+/* What to build over; the arrays are the caller's and must outlive the accelerator. Coordinates are finite. */
+typedef struct {
+    uint32_t triangle_count, edge_count;
+    const KellerVec3 *vertices;
+    const uint32_t (*triangles)[3]; /* indices into vertices; degenerate triangles are allowed and met by cones only */
+    const uint32_t (*edges)[2];     /* the edges of interest (a scene's wedges), indices into vertices; a primitive each */
+} KellerAccelInput;
+
+/* How. All zero is a good default. */
+typedef struct {
+    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8" */
+    double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
+    double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
+    int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
+    double half_angle;              /* rad, typical of the cones to come; for auto; 0: thin cones and rays */
+} KellerAccelOptions;
+
+/* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). Free with keller_accel_free. */
+KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
+                              KellerError *error);
+/* The same over a scene's triangles and wedges (edge i is wedge i). The scene must outlive it. */
 KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error);
-/* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges. `wedges` is copied. */
+/* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges, which reports them by
+ * their numbers in the scene. `wedges` is copied. */
 KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
                                        KellerAccel **accel, KellerError *error);
 /* Frees an accelerator; NULL is allowed. */
 void keller_accel_free(KellerAccel *accel);
-/* The name of what was built ("bvh"), also where "auto" was asked for; static storage. */
+/* The name of what was built, also where "auto" was asked for; static storage. */
 const char *keller_accel_name(const KellerAccel *accel);
+/* Bytes held by the structure, without the caller's arrays. */
+size_t keller_accel_bytes(const KellerAccel *accel);
+
+/* ---- rays ------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    double t;                       /* in units of the direction's length */
+    uint32_t triangle;
+} KellerRayHit;
+
+/* The hit with the least (t, triangle) in the closed range `clip`; false: none. */
+bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
+                              KellerRayHit *hit, KellerAccelWork *work);
+/* Is there any hit in the range? Stops at the first found. */
+bool keller_accel_ray_any(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
+                          KellerAccelWork *work);
+/* Calls visit(context, hit) for every hit in the range, in no order, each triangle once, until visit returns true. */
+typedef bool (*KellerVisitRay)(void *context, KellerRayHit hit);
+bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
+                          KellerVisitRay visit, void *context, KellerAccelWork *work);
+/* keller_accel_ray_nearest for `count` rays by `threads` threads (0: as OpenMP likes); hits[i].triangle is KELLER_NONE where
+ * there is none. */
+void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const KellerVec3 *origins,
+                               const KellerVec3 *directions, KellerRange clip, KellerRayHit *hits, int threads,
+                               KellerAccelWork *work);
 
 typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);
-/* Calls visit(context, triangle) for every triangle whose box, grown by `margin` (m), the segment a-b meets: a superset
- * of the triangles within `margin` of the segment. Stops when visit returns true, and then returns true. */
+/* Calls visit(context, triangle), once each, for every triangle within `margin` (m) of the segment a-b and for some beyond, by
+ * the rounding of single precision. Stops when visit returns true, and then returns true. */
 bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, double margin,
                           KellerVisitTriangle visit, void *context, KellerAccelWork *work);
 
+/* ---- cones ------------------------------------------------------------------------------------------------------ */
+
+typedef struct {
+    KellerRange range;              /* contains the true range of z, as keller_cone_triangle's and keller_cone_edge's do */
+    uint32_t primitive;
+} KellerConeHit;
+
 typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
-/* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
- * keller_cone_triangle, nearer boxes first but in no exact order. visit returns the far end of the range still of
- * interest (INFINITY: all), so that a caller who found a wall can shorten the rest of the query. */
+/* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip` (keller_cone_triangle), once,
+ * nearer boxes first but in no exact order. visit returns the far end of the range still of interest (INFINITY: all), so
+ * that a caller who found a wall can shorten the rest of the query. */
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        void *context, KellerAccelWork *work);
-/* The same for the scene's wedges, with the range of keller_cone_edge. */
+/* The same for the edges or wedges, with the range of keller_cone_edge. */
 void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                               void *context, KellerAccelWork *work);
+/* The triangle with the least (range.near, triangle); false: none is met. */
+bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerConeHit *hit,
+                               KellerAccelWork *work);
+/* Is any triangle met? Stops at the first found (a shadow cone). */
+bool keller_accel_cone_any(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerAccelWork *work);
+/* The window behind the nearest triangle: *nearest as above, then visit for every triangle and visit_edge for every edge
+ * whose range begins at nearest->range.near + depth (m) or before; either may be NULL. False: no triangle is met, and then
+ * visit_edge is called for every edge in the cone. */
+bool keller_accel_cone_window(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, double depth,
+                              KellerConeHit *nearest, KellerVisitCone visit, KellerVisitCone visit_edge, void *context,
+                              KellerAccelWork *work);
+/* keller_accel_cone_nearest for `count` cones by `threads` threads; hits[i].primitive is KELLER_NONE where none is met. */
+void keller_accel_cones_nearest(const KellerAccel *accel, size_t count, const KellerCone *cones, KellerRange clip,
+                                KellerConeHit *hits, int threads, KellerAccelWork *work);
+/* Is the cone wholly blocked within `clip`, so that no ray of it passes? Never true where one does. Then triangles[0 ..
+ * *count), at most `most` of them, are triangles of a surface that blocks it, nearest first by range. The surface is followed
+ * from triangle to triangle over the edges that the cone meets, and blocks if it has no free edge inside the cone and the
+ * axis passes it an odd number of times. Vertices must be shared (welded) for edges to be; false where more than `most`
+ * triangles would be needed. */
+bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, size_t most,
+                               uint32_t *triangles, size_t *count, KellerAccelWork *work);
 #endif

@@ -8,6 +8,7 @@
 #include "keller/geo.h"
 #include "keller/material.h"
 #include "keller/path.h"
+#include "keller/ray.h"
 #include "keller/resolve.h"
 #include "keller/result.h"
 #include "keller/scene.h"

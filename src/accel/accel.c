@@ -1,43 +1,134 @@
-/* The accelerator: one hierarchy over the triangles, one over the wedges. */
-#include "keller/accel.h"
-
+/* Building an accelerator, and choosing one. */
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/bvh.h"
+#include "accel/leaf.h"
 #include "base/number.h"
 
-struct KellerAccel {
-    const KellerScene *scene;
-    Bvh triangles, wedges;
-    uint32_t *wedge_ids;        /* of the wedges in the hierarchy; NULL: all, in order */
-};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8};
 
-static KellerVec3 wedge_end(const KellerWedge *w) { return v3_madd(w->origin, w->direction, w->length); }
+/* ---- what the trees are built from ------------------------------------------------------------------------------- */
 
-KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error)
+static AccelBox box_of(const KellerAccel *a, const KellerVec3 *v, int count)
 {
-    *accel = NULL;
-    if (strcmp(name, "auto") != 0 && strcmp(name, "bvh") != 0)
-        return keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto or bvh", name);
-    size_t most = scene->triangle_count > scene->wedge_count ? scene->triangle_count : scene->wedge_count;
-    KellerAccel *a = calloc(1, sizeof *a);
-    BvhBox *boxes = malloc((most ? most : 1) * sizeof *boxes);
-    if (!a || !boxes) {
-        free(a);
-        free(boxes);
-        return keller_error_memory(error, most * sizeof *boxes);
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < count; i++) {
+        KellerVec3 q = v3_sub(v[i], a->middle);
+        const double p[3] = {q.x, q.y, q.z};
+        for (int k = 0; k < 3; k++) {
+            lo[k] = lesser(lo[k], p[k]);
+            hi[k] = greater(hi[k], p[k]);
+        }
     }
-    a->scene = scene;
-    for (size_t i = 0; i < scene->triangle_count; i++) {
-        const uint32_t *t = scene->triangles[i];
-        boxes[i] = bvh_box(3, (KellerVec3[]){scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]});
+    AccelBox box;
+    for (int k = 0; k < 3; k++) { /* outwards, past the roundings of the difference and of the conversion */
+        box.lower[k] = nextafterf((float)lo[k], -INFINITY);
+        box.upper[k] = nextafterf((float)hi[k], INFINITY);
     }
-    KellerStatus status = bvh_build((uint32_t)scene->triangle_count, boxes, &a->triangles, error);
-    for (size_t i = 0; i < scene->wedge_count; i++)
-        boxes[i] = bvh_box(2, (KellerVec3[]){scene->wedges[i].origin, wedge_end(&scene->wedges[i])});
-    if (status == KELLER_OK) status = bvh_build((uint32_t)scene->wedge_count, boxes, &a->wedges, error);
+    return box;
+}
+
+static void clip_triangle(void *context, uint32_t id, int axis, float lower, float upper, AccelBox *part)
+{
+    const KellerAccel *a = context;
+    KellerVec3 v[3];
+    triangle_of(a, id, v);
+    for (int j = 0; j < 3; j++) v[j] = v3_sub(v[j], a->middle);
+    sah_clip_triangle(v[0], v[1], v[2], axis, lower, upper, part);
+}
+
+static void clip_edge(void *context, uint32_t id, int axis, float lower, float upper, AccelBox *part)
+{
+    const KellerAccel *a = context;
+    KellerVec3 v[2];
+    edge_of(a, id, v);
+    sah_clip_segment(v3_sub(v[0], a->middle), v3_sub(v[1], a->middle), axis, lower, upper, part);
+}
+
+/* The middle of what is there, and how far from it things reach. */
+static void measure(KellerAccel *a)
+{
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int edges = 0; edges < 2; edges++)
+        for (uint32_t i = 0; i < (edges ? a->input.edge_count : a->input.triangle_count); i++)
+            for (int j = 0; j < (edges ? 2 : 3); j++) {
+                KellerVec3 v = a->input.vertices[edges ? a->input.edges[i][j] : a->input.triangles[i][j]];
+                const double p[3] = {v.x, v.y, v.z};
+                for (int k = 0; k < 3; k++) {
+                    lo[k] = lesser(lo[k], p[k]);
+                    hi[k] = greater(hi[k], p[k]);
+                }
+            }
+    if (!(lo[0] <= hi[0])) return;
+    a->middle = v3(0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2]));
+    for (int k = 0; k < 3; k++) a->size = greater(a->size, 0.5 * (hi[k] - lo[k]) * (1 + 0x1p-20));
+}
+
+/* ---- choice ------------------------------------------------------------------------------------------------------ */
+
+/* Measured (docs/performance.md): the 8-wide hierarchy wins for every aperture and every scene tried. */
+static const TreeKind *automatic(void) { return &tree_bvh8; }
+
+static const TreeKind *kind_of(const char *name, KellerError *error)
+{
+    if (!name || strcmp(name, "auto") == 0) return automatic();
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
+    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh or bvh8", name);
+    return NULL;
+}
+
+/* ---- building ---------------------------------------------------------------------------------------------------- */
+
+static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, bool edges, KellerError *error)
+{
+    uint32_t count = edges ? a->input.edge_count : a->input.triangle_count;
+    if (count == 0) return KELLER_OK;
+    AccelBox *boxes = malloc(count * sizeof *boxes);
+    if (!boxes) return keller_error_memory(error, count * sizeof *boxes);
+    for (uint32_t i = 0; i < count; i++) {
+        KellerVec3 v[3];
+        if (edges) edge_of(a, i, v);
+        else triangle_of(a, i, v);
+        boxes[i] = box_of(a, v, edges ? 2 : 3);
+    }
+    TreeInput in = {.count = count, .boxes = boxes, .clip = edges ? clip_edge : clip_triangle, .clip_context = a,
+                    .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
+                    .threads = o->threads};
+    Leaves leaves = {0};
+    KellerStatus status = a->kind->build(&in, edges ? &a->edge_tree : &a->triangle_tree, &leaves, error);
     free(boxes);
+    if (status != KELLER_OK) return status;
+    size_t bytes = leaves.block_count * (edges ? sizeof(EdgeBlock) : sizeof(TriangleBlock));
+    void *blocks = aligned_alloc(64, (bytes + 63) / 64 * 64);
+    if (!blocks) {
+        status = keller_error_memory(error, bytes);
+    } else if (edges) {
+        leaf_edges(a, &leaves, a->edges = blocks);
+        a->edge_blocks = leaves.block_count;
+    } else {
+        leaf_triangles(a, &leaves, a->triangles = blocks);
+        a->triangle_blocks = leaves.block_count;
+    }
+    leaves_free(&leaves);
+    return status;
+}
+
+KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
+                              KellerError *error)
+{
+    const KellerAccelOptions defaults = {0}, *o = options ? options : &defaults;
+    *accel = NULL;
+    const TreeKind *kind = kind_of(o->name, error);
+    if (!kind) return KELLER_BAD_INPUT;
+    KellerAccel *a = calloc(1, sizeof *a);
+    if (!a) return keller_error_memory(error, sizeof *a);
+    a->kind = kind;
+    a->input = *input;
+    a->repeats = o->spatial > 0 || kind == &tree_kdtree;
+    measure(a);
+    KellerStatus status = plant(a, o, false, error);
+    if (status == KELLER_OK) status = plant(a, o, true, error);
     if (status != KELLER_OK) {
         keller_accel_free(a);
         return status;
@@ -46,88 +137,66 @@ KellerStatus keller_accel_build(const char *name, const KellerScene *scene, Kell
     return KELLER_OK;
 }
 
+/* Over all triangles and the given wedges (NULL: all) of a scene, or wedges alone. */
+static KellerStatus over_scene(const char *name, const KellerScene *scene, bool triangles, uint32_t count,
+                               const uint32_t *wedges, KellerAccel **accel, KellerError *error)
+{
+    *accel = NULL;
+    uint32_t(*edges)[2] = malloc((count + 1) * sizeof *edges), *names = NULL;
+    if (edges && wedges) names = malloc((count + 1) * sizeof *names);
+    if (!edges || (wedges && !names)) {
+        free(edges);
+        return keller_error_memory(error, count * sizeof *edges);
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t id = wedges ? wedges[i] : i;
+        if (names) names[i] = id;
+        for (int j = 0; j < 2; j++) edges[i][j] = scene->wedges[id].vertex[j];
+    }
+    KellerAccelInput input = {.vertices = scene->vertices, .triangles = (const uint32_t(*)[3])scene->triangles,
+                              .triangle_count = triangles ? (uint32_t)scene->triangle_count : 0,
+                              .edges = (const uint32_t(*)[2])edges, .edge_count = count};
+    KellerAccelOptions options = {.name = name};
+    KellerStatus status = keller_accel_new(&input, &options, accel, error);
+    if (status != KELLER_OK) {
+        free(edges);
+        free(names);
+        return status;
+    }
+    (*accel)->own_edges = edges;
+    (*accel)->edge_names = names;
+    return KELLER_OK;
+}
+
+KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error)
+{
+    return over_scene(name, scene, true, (uint32_t)scene->wedge_count, NULL, accel, error);
+}
+
 KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
                                        KellerAccel **accel, KellerError *error)
 {
-    KellerAccel *a = *accel = calloc(1, sizeof *a);
-    BvhBox *boxes = malloc((count + 1) * sizeof *boxes);
-    if (a) a->wedge_ids = malloc((count + 1) * sizeof *wedges);
-    KellerStatus status = KELLER_OK;
-    if (!a || !boxes || !a->wedge_ids) {
-        status = keller_error_memory(error, count * sizeof *boxes);
-    } else {
-        a->scene = scene;
-        for (uint32_t i = 0; i < count; i++) {
-            const KellerWedge *w = &scene->wedges[a->wedge_ids[i] = wedges[i]];
-            boxes[i] = bvh_box(2, (KellerVec3[]){w->origin, wedge_end(w)});
-        }
-        status = bvh_build(count, boxes, &a->wedges, error);
-    }
-    free(boxes);
-    if (status == KELLER_OK) return status;
-    keller_accel_free(a);
-    *accel = NULL;
-    return status;
+    return over_scene(NULL, scene, false, count, wedges, accel, error);
 }
 
 void keller_accel_free(KellerAccel *accel)
 {
     if (!accel) return;
-    free(accel->wedge_ids);
-    bvh_free(&accel->triangles);
-    bvh_free(&accel->wedges);
+    accel->kind->free(accel->triangle_tree);
+    accel->kind->free(accel->edge_tree);
+    free(accel->triangles);
+    free(accel->edges);
+    free(accel->edge_names);
+    free(accel->own_edges);
     free(accel);
 }
 
-const char *keller_accel_name(const KellerAccel *accel)
-{
-    (void)accel;
-    return "bvh";
-}
+const char *keller_accel_name(const KellerAccel *accel) { return accel->kind->name; }
 
-bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, double margin, KellerVisitTriangle visit,
-                          void *context, KellerAccelWork *work)
+size_t keller_accel_bytes(const KellerAccel *a)
 {
-    return bvh_segment(&accel->triangles, a, b, margin, visit, context, work);
-}
-
-typedef struct {
-    const KellerScene *scene;
-    const uint32_t *wedge_ids;
-    const KellerCone *cone;
-    double near;
-    KellerVisitCone visit;
-    void *context;
-} ConeQuery;
-
-static double visit_triangle(void *context, uint32_t id, double far)
-{
-    const ConeQuery *q = context;
-    const uint32_t *t = q->scene->triangles[id];
-    const KellerVec3 *v = q->scene->vertices;
-    KellerRange range = keller_cone_triangle(q->cone, v[t[0]], v[t[1]], v[t[2]], (KellerRange){q->near, far}, NULL, NULL);
-    return range.near <= range.far ? lesser(far, q->visit(q->context, id, range)) : far;
-}
-
-static double visit_wedge(void *context, uint32_t id, double far)
-{
-    const ConeQuery *q = context;
-    if (q->wedge_ids) id = q->wedge_ids[id];
-    const KellerWedge *w = &q->scene->wedges[id];
-    KellerRange range = keller_cone_edge(q->cone, w->origin, wedge_end(w), (KellerRange){q->near, far}, NULL, NULL);
-    return range.near <= range.far ? lesser(far, q->visit(q->context, id, range)) : far;
-}
-
-void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                       void *context, KellerAccelWork *work)
-{
-    ConeQuery q = {accel->scene, accel->wedge_ids, cone, clip.near, visit, context};
-    bvh_cone(&accel->triangles, cone, clip, visit_triangle, &q, work);
-}
-
-void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                              void *context, KellerAccelWork *work)
-{
-    ConeQuery q = {accel->scene, accel->wedge_ids, cone, clip.near, visit, context};
-    bvh_cone(&accel->wedges, cone, clip, visit_wedge, &q, work);
+    size_t edges = a->input.edge_count;
+    return sizeof *a + a->kind->bytes(a->triangle_tree) + a->kind->bytes(a->edge_tree) +
+           a->triangle_blocks * sizeof(TriangleBlock) + a->edge_blocks * sizeof(EdgeBlock) +
+           (a->own_edges ? edges * sizeof *a->own_edges : 0) + (a->edge_names ? edges * sizeof *a->edge_names : 0);
 }

@@ -16,6 +16,8 @@ static const char general[] =
     "  info     summary of a scene, a configuration or a result\n"
     "  paths    list the paths of a result\n"
     "  plot     a picture of a result\n"
+    "  scene    make, convert and examine scenes\n"
+    "  bench    the measurements of the documentation\n"
     "  help     help on a verb\n"
     "  version  the program's version (also --version)\n"
     "\n"
@@ -61,6 +63,40 @@ static const Help verbs[] = {
      "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
+    {"scene",
+     "keller scene generate city [--seed N] [--blocks N | --triangles N] [--layout grid|star] -o FILE [--force]\n"
+     "       keller scene generate random|slivers-sphere [--seed N] [--triangles N] [--size S] -o FILE [--force]\n"
+     "       keller scene generate hair [--seed N] [--strands N] [--size S] -o FILE [--force]\n"
+     "       keller scene generate layers [--seed N] [--count N] [--size S] -o FILE [--force]\n"
+     "       keller scene convert SCENE -o FILE [--force]\n"
+     "       keller scene stats SCENE",
+     "generate makes a scene, the same for the same options on every machine:\n"
+     "  city            street blocks of closed buildings on a ground plane, about 85 triangles a block\n"
+     "  random          independent small triangles in a cube\n"
+     "  slivers-sphere  a closed sphere of thin triangles\n"
+     "  hair            curled strips of 31 thin triangles each\n"
+     "  layers          walls behind one another, with windows; 130 triangles each, and the z axis meets them all\n"
+     "convert writes a scene in another format. SCENE is .obj, .ply, .stl, .off, or Mitsuba XML. stats prints what a\n"
+     "mesh consists of and what had to be repaired.\n"
+     "  --seed N               of all chance; default: 1\n"
+     "  --blocks N             street blocks of a city; default: 100\n"
+     "  --triangles N          default: 10000; for a city, as many blocks as have about N triangles\n"
+     "  --layout LAYOUT        grid (default), or star: avenues that meet in a roundabout\n"
+     "  --strands N            hairs; default: 1000\n"
+     "  --count N              walls; default: 64\n"
+     "  --size S               the scene's width in metres; default: 10\n"
+     "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
+     "                         neither objects nor materials\n"
+     "      --force            replace an existing file, but never the scene to convert\n"},
+    {"bench", "keller bench cone [--csv] [--cases N] [--seed N] [--threads N] [--test NAME] [--time-only]",
+     "Runs a suite of measurements and prints its table.\n"
+     "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
+     "  --csv                  as CSV\n"
+     "  --cases N              cases for each test; default: 1e8\n"
+     "  --seed N               of the random numbers; default: 1\n"
+     "  --threads N            for the comparisons (0, the default: all processors); times are of one thread\n"
+     "  --test NAME            only this test, as it is named in the table\n"
+     "  --time-only            no comparisons\n"},
     {"help", "keller help [VERB]", "Prints this help, or that of a verb.\n"},
     {"version", "keller version", "Prints the program's version.\n"},
 };
@@ -76,7 +112,7 @@ KellerStatus keller_print_help(const char *verb, KellerError *error)
         printf("usage: %s\n%s", verbs[i].usage, verbs[i].text);
         return KELLER_OK;
     }
-    if (strcmp(verb, "export") == 0 || strcmp(verb, "scene") == 0 || strcmp(verb, "bench") == 0)
+    if (strcmp(verb, "export") == 0)
         return keller_cli_later(verb, error);
     return keller_error(error, KELLER_USAGE, "unknown verb \"%.60s\"; see `keller help`", verb);
 }

@@ -97,7 +97,7 @@ def test_version_and_help(folder, shared):
     assert expect(keller("--version"), DONE).stdout.startswith("keller ")
     assert "usage: keller VERB" in expect(keller("help"), DONE).stdout
     assert "usage: keller VERB" in expect(keller("--help"), DONE).stdout
-    for verb in ["run", "check", "info", "paths", "plot", "help", "version"]:
+    for verb in ["run", "check", "info", "paths", "plot", "bench", "help", "version"]:
         text = expect(keller("help", verb), DONE).stdout
         assert f"usage: keller {verb}" in text
         assert expect(keller(verb, "--help"), DONE).stdout == text
@@ -115,8 +115,8 @@ def test_wrong_usage_is_told_in_one_line(folder, shared):
         (["paths", "a.h5", "--strongest", "0"], "--strongest"), (["plot", "a.h5"], "-o"),
         (["plot", "a.h5", "--what", "delay", "--frequency", "1", "-o", "a.png"], "first frequency"),
         (["plot", "a.h5", "-o", "a.pdf"], "a.pdf"), (["plot", "a.h5", "--what", "noise", "-o", "a.png"], "noise"),
-        (["export", "a.h5"], "not in this version"), (["scene", "stats"], "not in this version"),
-        (["bench"], "not in this version"),
+        (["export", "a.h5"], "not in this version"), (["scene"], "generate"),
+        (["bench"], "cone"), (["bench", "nothing"], "cone"),
     ]:
         expect(keller(*arguments, cwd=folder), USAGE, word, "keller help")
     assert names(folder) == []
@@ -200,6 +200,16 @@ def test_a_full_disk_leaves_nothing_behind(folder, shared):
                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
         expect(done, IO, "small.h5", "File too large")
         assert names(folder) == before
+
+
+def test_bench_prints_its_table(folder, shared):
+    rows = expect(keller("bench", "cone", "--csv", "--cases", "2000", "--test", "edge", cwd=folder), DONE).stdout.split()
+    head = "test,half_angle_deg,eccentricity,cases,false_negative,false_positive,max_range_error_eps,ns_per_call"
+    assert rows[0] == head + ",ns_per_call_scalar" and len(rows) == 1 + 10 * 3 + 1
+    assert rows[-1].startswith("edge,all,all,2000,0,")
+    assert sum(int(row.split(",")[3]) for row in rows[1:-1]) == 2000
+    done = keller("bench", "cone", "--cases", "many", cwd=folder)
+    assert done.returncode == USAGE and "many" in done.stderr
 
 
 def test_standard_output_that_cannot_be_written(folder, shared):

@@ -1,0 +1,162 @@
+/* The 8-wide hierarchy (paper, section 4.3): the binary tree collapsed so that one vector test serves a node. A node is four
+ * cache lines, children are numbers, so the block of nodes can be moved or stored as it is. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "accel/internal.h"
+#include "base/number.h"
+
+#define LEAF 0x80000000u
+
+typedef struct {
+    _Alignas(64) KellerBox8 boxes;
+    uint32_t child[8];              /* node, or LEAF | block; unused lanes have empty boxes */
+    uint32_t unused[8];
+} Node;
+_Static_assert(sizeof(Node) == 256, "a node is four cache lines");
+
+typedef struct {
+    Node *nodes;
+    uint32_t node_count;
+    int depth;
+} Tree;
+
+static void tree_free(void *tree)
+{
+    Tree *t = tree;
+    if (!t) return;
+    free(t->nodes);
+    free(t);
+}
+
+static size_t tree_bytes(const void *tree) { return tree ? ((const Tree *)tree)->node_count * sizeof(Node) : 0; }
+
+/* ---- building ---------------------------------------------------------------------------------------------------- */
+
+static double half_area(const AccelBox *b)
+{
+    double x = (double)b->upper[0] - (double)b->lower[0], y = (double)b->upper[1] - (double)b->lower[1],
+           z = (double)b->upper[2] - (double)b->lower[2];
+    return x * y + y * z + z * x;
+}
+
+/* Opens the child with the largest surface until there are eight: the box most likely to be entered is the one to skip. */
+static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t *block, int depth)
+{
+    uint32_t id = t->node_count++, child[8] = {root}, n = 1;
+    if (depth > t->depth) t->depth = depth;
+    while (n < 8) {
+        int open = -1;
+        double most = -1;
+        for (uint32_t i = 0; i < n; i++) {
+            const SahNode *c = &binary->nodes[child[i]];
+            double area = c->count ? -1 : half_area(&c->box);
+            if (area > most) {
+                most = area;
+                open = (int)i;
+            }
+        }
+        if (open < 0) break;
+        /* in place and in order, so that blocks are numbered from left to right */
+        uint32_t opened = child[open];
+        memmove(&child[open + 2], &child[open + 1], (n - (uint32_t)open - 1) * sizeof *child);
+        child[open] = binary->nodes[opened].left;
+        child[open + 1] = binary->nodes[opened].right;
+        n++;
+    }
+    Node node = {.unused = {0}};
+    for (uint32_t i = 0; i < 8; i++) {
+        const SahNode *c = i < n ? &binary->nodes[child[i]] : NULL;
+        for (int k = 0; k < 3; k++) {
+            node.boxes.lower[k][i] = c ? c->box.lower[k] : 1;
+            node.boxes.upper[k][i] = c ? c->box.upper[k] : -1;
+        }
+        node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, child[i], t, block, depth + 1);
+    }
+    t->nodes[id] = node;
+    return id;
+}
+
+static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, KellerError *error)
+{
+    SahOptions options = sah_defaults();
+    options.cost_ratio = in->cost_ratio;
+    options.spatial = in->spatial > 0;
+    options.budget = in->spatial;
+    options.threads = in->threads;
+    SahTree binary;
+    KellerStatus status = sah_build(in->count, in->boxes, in->clip, in->clip_context, &options, &binary, error);
+    if (status != KELLER_OK) return status;
+    Tree *t = *tree = calloc(1, sizeof *t);
+    /* a node has at least two children unless it is the root */
+    size_t most = binary.node_count / 2 + 1;
+    if (t) t->nodes = aligned_alloc(64, most * sizeof(Node));
+    if (!t || !t->nodes) status = keller_error_memory(error, most * sizeof(Node));
+    if (status == KELLER_OK) status = leaves_of(&binary, leaves, error);
+    if (status == KELLER_OK && binary.node_count > 0) {
+        uint32_t block = 0;
+        collapse(&binary, 0, t, &block, 1);
+        Node *fit = aligned_alloc(64, t->node_count * sizeof(Node));
+        if (fit) {
+            memcpy(fit, t->nodes, t->node_count * sizeof(Node));
+            free(t->nodes);
+            t->nodes = fit;
+        }
+    }
+    sah_free(&binary);
+    if (status == KELLER_OK) return status;
+    tree_free(t);
+    *tree = NULL;
+    return status;
+}
+
+/* ---- walking ----------------------------------------------------------------------------------------------------- */
+
+/* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
+enum { STACK = SAH_DEPTH + 32 + 8 };
+
+typedef struct {
+    uint32_t child;
+    float z;
+    bool inside;
+} Waiting;
+
+static void walk(const void *tree, const KellerConeLanes *cone, bool contained, LeafVisit visit, void *context,
+                 uint64_t *nodes)
+{
+    const Tree *t = tree;
+    if (!t || t->node_count == 0) return;
+    KellerConeLanes lanes = *cone;
+    Waiting stack[7 * STACK + 8];
+    int top = 0;
+    stack[top++] = (Waiting){0, -INFINITY, false};
+    uint64_t tested = 0;
+    while (top > 0) {
+        Waiting w = stack[--top];
+        if (w.z > lanes.far) continue;
+        if (w.child & LEAF) {
+            float far = visit(context, w.child & ~LEAF, w.inside, lanes.far);
+            if (far == -INFINITY) break;
+            lanes.far = far < lanes.far ? far : lanes.far;
+            continue;
+        }
+        const Node *node = &t->nodes[w.child];
+        _Alignas(32) float z[8];
+        uint32_t hit, in = 0;
+        tested++;
+        hit = keller_cone_meets_box8(&lanes, &node->boxes, z);
+        if (w.inside) in = hit;
+        else if (contained && hit) in = keller_cone_contains_box8(&lanes, &node->boxes) & hit;
+        /* nearest on top: insertion sort, farthest first */
+        int first = top;
+        for (; hit; hit &= hit - 1) {
+            uint32_t i = (uint32_t)__builtin_ctz(hit);
+            int j = top++;
+            for (; j > first && stack[j - 1].z < z[i]; j--) stack[j] = stack[j - 1];
+            stack[j] = (Waiting){node->child[i], z[i], in >> i & 1};
+        }
+    }
+    *nodes += tested;
+}
+
+const TreeKind tree_bvh8 = {"bvh8", 0.5, build, tree_free, tree_bytes, walk};

@@ -1,0 +1,66 @@
+/* What the structures and the queries of an accelerator share.
+ *
+ * A structure is a tree over boxes whose leaves are blocks of up to eight primitives. It knows nothing of triangles: its one
+ * way to be walked hands out the blocks that a frustum may meet, rays being frusta of no width. The queries (query_*.c) do the
+ * rest, the same for all structures. All of it in single precision, relative to the middle of the scene. */
+#ifndef KELLER_ACCEL_INTERNAL_H
+#define KELLER_ACCEL_INTERNAL_H
+#include "accel/sah.h"
+#include "keller/accel.h"
+
+/* Up to eight triangles or edges, corner j of lane i at corner[j].p[.][i]; unused lanes repeat lane 0. 32-byte aligned. */
+typedef struct {
+    KellerVertex8 corner[3];
+    uint32_t id[8];                 /* KELLER_NONE in unused lanes */
+} TriangleBlock;
+typedef struct {
+    KellerVertex8 corner[2];
+    uint32_t id[8];
+} EdgeBlock;
+
+/* Which primitives make up the blocks, block after block, as the structure wants its leaves. */
+typedef struct {
+    uint32_t block_count;
+    uint32_t *begin;                /* [block_count + 1] into refs; 1 to 8 a block */
+    uint32_t *refs;                 /* a primitive may be in several blocks (kdtree, spatial splits) */
+} Leaves;
+
+/* Called for a block. `inside`: the frustum surely contains the block's box. `far` is the far end of z still of interest;
+ * returns the new one, -INFINITY to end the walk. */
+typedef float (*LeafVisit)(void *context, uint32_t block, bool inside, float far);
+
+/* What a tree is built from. */
+typedef struct {
+    uint32_t count;
+    const AccelBox *boxes;          /* relative to the middle */
+    SahClip clip;                   /* of a primitive, for spatial splits and the kdtree */
+    void *clip_context;
+    double cost_ratio, spatial;
+    int threads;
+} TreeInput;
+
+typedef struct {
+    const char *name;
+    double cost_ratio;              /* measured default */
+    /* Builds a tree and the list of its leaves (both the caller's then: leaves by leaves_free). */
+    KellerStatus (*build)(const TreeInput *input, void **tree, Leaves *leaves, KellerError *error);
+    void (*free)(void *tree);
+    size_t (*bytes)(const void *tree);
+    /* Calls visit for every block whose box the frustum may meet before `far`, nearer ones first but in no exact order.
+     * `contained`: look for boxes that the frustum surely contains, and pass by all tests below them (paper, section 4.2).
+     * Adds the nodes tested to *nodes. A block is visited once; a primitive as often as it has blocks. */
+    void (*walk)(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
+                 uint64_t *nodes);
+} TreeKind;
+
+extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;
+
+/* One box in the way of keller_cone_meets_box8: may the frustum meet it, and from which z. */
+bool accel_meets(const KellerConeLanes *lanes, const float lower[3], const float upper[3], float *distance);
+/* Does the frustum surely contain the box? */
+bool accel_contains(const KellerConeLanes *lanes, const float lower[3], const float upper[3]);
+
+void leaves_free(Leaves *leaves);
+/* The leaves of a binary tree whose leaves are no larger than eight. */
+KellerStatus leaves_of(const SahTree *tree, Leaves *leaves, KellerError *error);
+#endif

@@ -1,0 +1,140 @@
+/* Is a cone wholly blocked? A surface made of the triangles that the cone meets, joined where they share an edge, has no free
+ * edge inside the cone if every edge of its triangles that the cone may meet is shared by exactly two of them. If it also
+ * stays clear of both ends of the frustum, its border lies on the envelope; then a curve from one end to the other within
+ * the cone passes it an odd number of times if the axis does, and so at least once (intersection numbers modulo 2). All tests
+ * err on the side of more edges met, so the answer yes is never wrong. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "accel/leaf.h"
+#include "base/number.h"
+#include "keller/ray.h"
+
+typedef struct {
+    uint32_t triangle;
+    KellerRange range;              /* within the cone from its origin to infinity */
+    bool taken;
+} Candidate;
+
+typedef struct {
+    Candidate *list;
+    size_t count, most;
+    bool overflow;
+} Candidates;
+
+static double collect(void *context, uint32_t triangle, KellerRange range)
+{
+    Candidates *c = context;
+    if (c->count == c->most) {
+        c->overflow = true;
+        return -INFINITY;
+    }
+    c->list[c->count++] = (Candidate){triangle, range, false};
+    return INFINITY;
+}
+
+static int by_range(const void *a, const void *b)
+{
+    const Candidate *p = a, *q = b;
+    if (p->range.near != q->range.near) return p->range.near < q->range.near ? -1 : 1;
+    return (p->triangle > q->triangle) - (p->triangle < q->triangle);
+}
+
+/* The other candidate on the edge between two vertices; -1 unless there is exactly one. */
+static int neighbour(const KellerAccel *a, const Candidates *c, size_t self, uint32_t u, uint32_t v)
+{
+    int found = -1;
+    for (size_t i = 0; i < c->count; i++) {
+        if (i == self) continue;
+        const uint32_t *t = a->input.triangles[c->list[i].triangle];
+        int shared = 0;
+        for (int j = 0; j < 3; j++) shared += t[j] == u || t[j] == v;
+        if (shared < 2) continue;
+        if (found >= 0) return -1;
+        found = (int)i;
+    }
+    return found;
+}
+
+/* Takes the surface around a candidate into stack[0 .. *taken); false if it has a free edge or leaves the frustum. */
+static bool follow(const KellerAccel *a, const KellerCone *cone, KellerRange clip, Candidates *c, size_t start, size_t most,
+                   size_t *stack, size_t *taken)
+{
+    bool closed = true;
+    stack[0] = start;
+    *taken = 1;
+    c->list[start].taken = true;
+    for (size_t next = 0; next < *taken; next++) {
+        const Candidate *s = &c->list[stack[next]];
+        const uint32_t *t = a->input.triangles[s->triangle];
+        if (!(s->range.near > clip.near && s->range.far < clip.far)) closed = false;
+        for (int j = 0; j < 3; j++) {
+            uint32_t u = t[j], v = t[(j + 1) % 3];
+            if (u == v) return false;
+            if (!keller_cone_meets_edge(cone, a->input.vertices[u], a->input.vertices[v], (KellerRange){0, INFINITY})) continue;
+            int other = neighbour(a, c, stack[next], u, v);
+            if (other < 0) {
+                closed = false;
+            } else if (!c->list[other].taken) {
+                if (*taken == most) return false;
+                c->list[other].taken = true;
+                stack[(*taken)++] = (size_t)other;
+            }
+        }
+    }
+    return closed;
+}
+
+/* Does the axis pass the surface an odd number of times? A hit on an edge or a corner is not counted for sure: no. */
+static bool odd(const KellerAccel *a, const KellerCone *cone, const Candidates *c, const size_t *stack, size_t taken)
+{
+    KellerRay axis = keller_ray(cone->origin, cone->directrix);
+    size_t hits = 0;
+    for (size_t i = 0; i < taken; i++) {
+        KellerVec3 v[3];
+        double weight[3];
+        triangle_of(a, c->list[stack[i]].triangle, v);
+        if (!keller_ray_triangle(&axis, v[0], v[1], v[2], (KellerRange){0, INFINITY}, NULL, weight)) continue;
+        if (!(lesser(weight[0], lesser(weight[1], weight[2])) > 1e-9)) return false;
+        hits++;
+    }
+    return hits % 2 == 1;
+}
+
+bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, size_t most,
+                               uint32_t *triangles, size_t *count, KellerAccelWork *work)
+{
+    *count = 0;
+    if (most == 0) return false;
+    /* of the cone without its ends, so that a triangle's part in front of or behind them is seen */
+    KellerCone whole = *cone;
+    whole.z_near = 0;
+    whole.z_far = INFINITY;
+    clip = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
+    enum { SPARE = 64 };
+    Candidates c = {.most = 4 * most + SPARE};
+    c.list = malloc(c.most * (sizeof *c.list + sizeof(size_t)));
+    if (!c.list) return false;
+    size_t *stack = (size_t *)(void *)(c.list + c.most), taken = 0;
+    keller_accel_cone(accel, &whole, (KellerRange){0, clip.far}, collect, &c, work);
+    bool blocked = false;
+    if (!c.overflow) {
+        qsort(c.list, c.count, sizeof *c.list, by_range);
+        for (size_t i = 0; i < c.count && !blocked; i++) {
+            if (c.list[i].taken) continue;
+            blocked = follow(accel, &whole, clip, &c, i, most, stack, &taken) && odd(accel, cone, &c, stack, taken);
+        }
+    }
+    for (; blocked && *count < taken; ++*count) triangles[*count] = (uint32_t)stack[*count];
+    if (blocked) { /* candidates are in the order of their ranges */
+        for (size_t i = 1; i < taken; i++)
+            for (size_t j = i; j > 0 && triangles[j - 1] > triangles[j]; j--) {
+                uint32_t t = triangles[j];
+                triangles[j] = triangles[j - 1];
+                triangles[j - 1] = t;
+            }
+        for (size_t i = 0; i < taken; i++) triangles[i] = c.list[triangles[i]].triangle;
+    }
+    free(c.list);
+    return blocked;
+}

@@ -1,0 +1,150 @@
+/* Eight triangles or edges against one cone, in single precision: what is left decides between few, in double precision.
+ *
+ * The same two facts as in cone_frame.h: a primitive misses the cone if some linear form L_u = R - u.(x, y), |u| <= 1, is
+ * negative at all its corners, and F is greatest on an edge. L_u at a corner is off by (10.4 sqrt(2) + 3 sqrt(2) + 2 sqrt(2))
+ * u e M, a corner's x and y (cone_lanes.c), the two products and sums, and |u| <= 1 + 2u, and R by (10.4 + 3 sqrt(3) + 2.7)
+ * u T M + 3u x0: within the 0.7 s ((e + T) M + x0) = 44u (...) that KellerConeLanes' x0 holds. */
+#include "keller/cone.h"
+
+#include "base/simd.h"
+
+#define FEW 1
+#define TINY 1e-30f /* as in cone_lanes.c: only shortens u */
+
+typedef struct {
+    f8 x, y, z, R;
+} Corner;
+
+static inline f8 dot8(const f8 a[3], const float b[3])
+{
+    return f8_add(f8_add(f8_mul(a[0], f8_set1(b[0])), f8_mul(a[1], f8_set1(b[1]))), f8_mul(a[2], f8_set1(b[2])));
+}
+
+static inline Corner corner(const KellerConeLanes *c, const KellerVertex8 *v)
+{
+    const f8 q[3] = {f8_sub(f8_load(v->p[0]), f8_set1(c->origin[0])), f8_sub(f8_load(v->p[1]), f8_set1(c->origin[1])),
+                     f8_sub(f8_load(v->p[2]), f8_set1(c->origin[2]))};
+    Corner k = {dot8(q, c->axis[0]), dot8(q, c->axis[1]), dot8(q, c->axis[2]), f8_set1(0)};
+    k.R = f8_add(f8_mul(k.z, f8_set1(c->tan_alpha)), f8_set1(c->x0));
+    return k;
+}
+
+static inline f8 inside(const KellerConeLanes *c, const Corner *k)
+{
+    f8 R = f8_sub(k->R, f8_set1(c->inset)), slack = f8_set1(2 * c->slack);
+    f8 in = f8_and(f8_le(f8_set1(0), R), f8_le(f8_add(f8_mul(k->x, k->x), f8_mul(k->y, k->y)), f8_mul(R, R)));
+    in = f8_and(in, f8_le(f8_add(f8_set1(c->near), slack), k->z));
+    return f8_and(in, f8_le(k->z, f8_sub(f8_set1(c->far), slack)));
+}
+
+/* |p| L_u, u = p / |p| */
+static inline f8 form(const Corner *k, f8 px, f8 py, f8 rho)
+{
+    return f8_sub(f8_mul(rho, k->R), f8_add(f8_mul(px, k->x), f8_mul(py, k->y)));
+}
+
+/* The point of the edge a-b where F is greatest (cone_triangle.c, separated). */
+static inline void deepest(const Corner *a, const Corner *b, f8 *px, f8 *py, f8 *rho)
+{
+    f8 zero = f8_set1(0), one = f8_set1(1);
+    f8 lx = f8_sub(b->x, a->x), ly = f8_sub(b->y, a->y), Rl = f8_sub(b->R, a->R);
+    f8 l2 = f8_add(f8_mul(lx, lx), f8_mul(ly, ly)), A = f8_sub(l2, f8_mul(Rl, Rl)), root = f8_sqrt(f8_max(A, zero));
+    f8 side = f8_sub(f8_mul(a->x, ly), f8_mul(a->y, lx)), dot = f8_add(f8_mul(a->x, lx), f8_mul(a->y, ly));
+    f8 inverse = f8_div(one, f8_mul(l2, root)), scale = f8_mul(inverse, root), flat = f8_lt(zero, A);
+    f8 t = f8_mul(f8_sub(f8_mul(f8_abs(side), Rl), f8_mul(dot, root)), inverse);
+    f8 between = f8_and(flat, f8_and(f8_lt(zero, t), f8_lt(t, one)));
+    t = f8_blend(flat, f8_max(f8_min(t, one), zero), f8_and(f8_lt(zero, Rl), one));
+    f8 turn = f8_or(root, f8_and(side, f8_set1(-0.0f)));
+    *px = f8_blend(between, f8_mul(scale, f8_add(f8_mul(Rl, lx), f8_mul(turn, ly))), f8_add(a->x, f8_mul(t, lx)));
+    *py = f8_blend(between, f8_mul(scale, f8_sub(f8_mul(Rl, ly), f8_mul(turn, lx))), f8_add(a->y, f8_mul(t, ly)));
+    *rho = f8_sqrt(f8_add(f8_add(f8_mul(*px, *px), f8_mul(*py, *py)), f8_set1(TINY)));
+}
+
+/* In which lanes are all corners outside one of the supporting planes at u = (+-1, 0), (0, +-1) or between? */
+static inline f8 beside(const Corner *k, int count)
+{
+    f8 right = f8_set1(INFINITY), left = right, up = right, down = right, a = right, b = right, c = right, d = right;
+    f8 diagonal = f8_set1(0.70710677f); /* rounded down: |u| < 1 */
+    for (int i = 0; i < count; i++) {
+        f8 s = f8_mul(f8_add(k[i].x, k[i].y), diagonal), t = f8_mul(f8_sub(k[i].x, k[i].y), diagonal), R = k[i].R;
+        right = f8_min(right, f8_sub(k[i].x, R));
+        left = f8_min(left, f8_sub(f8_neg(k[i].x), R));
+        up = f8_min(up, f8_sub(k[i].y, R));
+        down = f8_min(down, f8_sub(f8_neg(k[i].y), R));
+        a = f8_min(a, f8_sub(s, R));
+        b = f8_min(b, f8_sub(f8_neg(s), R));
+        c = f8_min(c, f8_sub(t, R));
+        d = f8_min(d, f8_sub(f8_neg(t), R));
+    }
+    f8 most = f8_max(f8_max(f8_max(right, left), f8_max(up, down)), f8_max(f8_max(a, b), f8_max(c, d)));
+    return f8_lt(f8_set1(0), most);
+}
+
+/* The range of z of the corners, and which lanes it and the planes leave. */
+static inline f8 first_look(const KellerConeLanes *c, const Corner *k, int count, float *near, float *far)
+{
+    f8 low = k[0].z, high = k[0].z;
+    for (int i = 1; i < count; i++) {
+        low = f8_min(low, k[i].z);
+        high = f8_max(high, k[i].z);
+    }
+    /* c->near and c->far hold the slack of z */
+    f8 left = f8_and(f8_le(f8_set1(c->near), high), f8_le(low, f8_set1(c->far)));
+    f8_store(near, f8_sub(low, f8_set1(c->slack)));
+    f8_store(far, f8_add(high, f8_set1(c->slack)));
+    return f8_andnot(beside(k, count), left);
+}
+
+uint32_t keller_cone_meets_triangle8(const KellerConeLanes *cone, const KellerVertex8 vertices[3], float *near, float *far,
+                                     uint32_t *contained)
+{
+    const Corner k[3] = {corner(cone, &vertices[0]), corner(cone, &vertices[1]), corner(cone, &vertices[2])};
+    f8 left = first_look(cone, k, 3, near, far), in = f8_and(inside(cone, &k[0]), f8_and(inside(cone, &k[1]), inside(cone, &k[2])));
+    *contained = (uint32_t)f8_mask(in);
+    uint32_t mask = (uint32_t)f8_mask(left);
+    /* one or two are cheaper to leave to the caller's exact test */
+    if (__builtin_popcount(mask & ~*contained) <= FEW) return mask | *contained;
+    for (int i = 0; i < 3 && mask & ~*contained; i++) {
+        f8 px, py, rho;
+        deepest(&k[i], &k[(i + 1) % 3], &px, &py, &rho);
+        f8 most = f8_max(form(&k[0], px, py, rho), f8_max(form(&k[1], px, py, rho), form(&k[2], px, py, rho)));
+        mask &= ~(uint32_t)f8_mask(f8_lt(most, f8_set1(0)));
+    }
+    return mask | *contained;
+}
+
+uint32_t keller_cone_meets_edge8(const KellerConeLanes *cone, const KellerVertex8 ends[2], float *near, float *far,
+                                 uint32_t *contained)
+{
+    const Corner k[2] = {corner(cone, &ends[0]), corner(cone, &ends[1])};
+    f8 left = first_look(cone, k, 2, near, far), in = f8_and(inside(cone, &k[0]), inside(cone, &k[1]));
+    *contained = (uint32_t)f8_mask(in);
+    uint32_t mask = (uint32_t)f8_mask(left);
+    if (__builtin_popcount(mask & ~*contained) <= FEW) return mask | *contained;
+    f8 px, py, rho;
+    deepest(&k[0], &k[1], &px, &py, &rho);
+    f8 most = f8_max(form(&k[0], px, py, rho), form(&k[1], px, py, rho));
+    return (mask & ~(uint32_t)f8_mask(f8_lt(most, f8_set1(0)))) | *contained;
+}
+
+/* Centre and half extents in the frame make a box around the box: if that one's corners are inside, so is all of it. */
+uint32_t keller_cone_contains_box8(const KellerConeLanes *cone, const KellerBox8 *boxes)
+{
+    f8 c[3], h[3], half = f8_set1(0.5f);
+    for (int k = 0; k < 3; k++) {
+        f8 lower = f8_load(boxes->lower[k]), upper = f8_load(boxes->upper[k]);
+        c[k] = f8_sub(f8_mul(half, f8_add(lower, upper)), f8_set1(cone->origin[k]));
+        h[k] = f8_mul(half, f8_sub(upper, lower));
+    }
+    f8 reach[3];
+    for (int i = 0; i < 3; i++) {
+        float wide[3] = {fabsf(cone->axis[i][0]), fabsf(cone->axis[i][1]), fabsf(cone->axis[i][2])};
+        reach[i] = dot8(h, wide);
+    }
+    f8 x = f8_add(f8_abs(dot8(c, cone->axis[0])), reach[0]), y = f8_add(f8_abs(dot8(c, cone->axis[1])), reach[1]),
+       z = dot8(c, cone->axis[2]), low = f8_sub(z, reach[2]), high = f8_add(z, reach[2]), slack = f8_set1(2 * cone->slack);
+    f8 R = f8_sub(f8_add(f8_mul(low, f8_set1(cone->tan_alpha)), f8_set1(cone->x0)), f8_set1(cone->inset));
+    f8 in = f8_and(f8_le(f8_set1(0), R), f8_le(f8_add(f8_mul(x, x), f8_mul(y, y)), f8_mul(R, R)));
+    in = f8_and(in, f8_le(f8_add(f8_set1(cone->near), slack), low));
+    return (uint32_t)f8_mask(f8_and(in, f8_le(high, f8_sub(f8_set1(cone->far), slack))));
+}

@@ -1,0 +1,36 @@
+/* The functions of keller/cone.h from the build without SIMD, keller_scalar_cone_... for keller_cone_... */
+#ifndef KELLER_TESTS_CONE_SCALAR_H
+#define KELLER_TESTS_CONE_SCALAR_H
+#include "keller/cone.h"
+
+extern __typeof__(keller_cone_round) keller_scalar_cone_round;
+extern __typeof__(keller_cone_triangle) keller_scalar_cone_triangle;
+extern __typeof__(keller_cone_elliptic) keller_scalar_cone_elliptic;
+extern __typeof__(keller_cone_around) keller_scalar_cone_around;
+extern __typeof__(keller_cone_cell) keller_scalar_cone_cell;
+extern __typeof__(keller_cone_mirrored) keller_scalar_cone_mirrored;
+extern __typeof__(keller_cone_fan) keller_scalar_cone_fan;
+extern __typeof__(keller_cone_keller) keller_scalar_cone_keller;
+extern __typeof__(keller_cone_mirror) keller_scalar_cone_mirror;
+extern __typeof__(keller_cone_split) keller_scalar_cone_split;
+extern __typeof__(keller_cone_plane) keller_scalar_cone_plane;
+extern __typeof__(keller_cone_line) keller_scalar_cone_line;
+extern __typeof__(keller_cone_edge) keller_scalar_cone_edge;
+extern __typeof__(keller_cone_box) keller_scalar_cone_box;
+extern __typeof__(keller_cone_meets_plane) keller_scalar_cone_meets_plane;
+extern __typeof__(keller_cone_meets_line) keller_scalar_cone_meets_line;
+extern __typeof__(keller_cone_meets_edge) keller_scalar_cone_meets_edge;
+extern __typeof__(keller_cone_meets_triangle) keller_scalar_cone_meets_triangle;
+extern __typeof__(keller_cone_meets_box) keller_scalar_cone_meets_box;
+extern __typeof__(keller_cone_contains) keller_scalar_cone_contains;
+extern __typeof__(keller_cone_contains_triangle) keller_scalar_cone_contains_triangle;
+extern __typeof__(keller_cone_contains_box) keller_scalar_cone_contains_box;
+extern __typeof__(keller_cone_lanes) keller_scalar_cone_lanes;
+extern __typeof__(keller_cone_meets_box8) keller_scalar_cone_meets_box8;
+extern __typeof__(keller_cone_contains_vertex8) keller_scalar_cone_contains_vertex8;
+extern __typeof__(keller_cone_contains_corners) keller_scalar_cone_contains_corners;
+extern __typeof__(keller_cone_contained_triangle8) keller_scalar_cone_contained_triangle8;
+extern __typeof__(keller_cone_meets_triangle8) keller_scalar_cone_meets_triangle8;
+extern __typeof__(keller_cone_meets_edge8) keller_scalar_cone_meets_edge8;
+extern __typeof__(keller_cone_contains_box8) keller_scalar_cone_contains_box8;
+#endif

@@ -1,0 +1,42 @@
+/* Given to the scalar build with -include. First, SIMDe without vectors: its plain loops. Where the compiler has
+ * __builtin_shufflevector it would use that even on the plain arrays that SIMDE_NO_VECTOR makes of its types: deny it.
+ * Then every public function of keller/cone.h under another name, so that a test can link both builds. */
+#ifndef KELLER_TESTS_SCALAR_RENAME_H
+#define KELLER_TESTS_SCALAR_RENAME_H
+#define SIMDE_NO_NATIVE
+#define SIMDE_NO_VECTOR
+#include <simde/hedley.h>
+#undef HEDLEY_HAS_BUILTIN
+#define HEDLEY_HAS_BUILTIN(name) 0
+
+#define keller_cone_round keller_scalar_cone_round
+#define keller_cone_triangle keller_scalar_cone_triangle
+#define keller_cone_elliptic keller_scalar_cone_elliptic
+#define keller_cone_around keller_scalar_cone_around
+#define keller_cone_cell keller_scalar_cone_cell
+#define keller_cone_mirrored keller_scalar_cone_mirrored
+#define keller_cone_fan keller_scalar_cone_fan
+#define keller_cone_keller keller_scalar_cone_keller
+#define keller_cone_mirror keller_scalar_cone_mirror
+#define keller_cone_split keller_scalar_cone_split
+#define keller_cone_plane keller_scalar_cone_plane
+#define keller_cone_line keller_scalar_cone_line
+#define keller_cone_edge keller_scalar_cone_edge
+#define keller_cone_box keller_scalar_cone_box
+#define keller_cone_meets_plane keller_scalar_cone_meets_plane
+#define keller_cone_meets_line keller_scalar_cone_meets_line
+#define keller_cone_meets_edge keller_scalar_cone_meets_edge
+#define keller_cone_meets_triangle keller_scalar_cone_meets_triangle
+#define keller_cone_meets_box keller_scalar_cone_meets_box
+#define keller_cone_contains keller_scalar_cone_contains
+#define keller_cone_contains_triangle keller_scalar_cone_contains_triangle
+#define keller_cone_contains_box keller_scalar_cone_contains_box
+#define keller_cone_lanes keller_scalar_cone_lanes
+#define keller_cone_meets_box8 keller_scalar_cone_meets_box8
+#define keller_cone_contains_vertex8 keller_scalar_cone_contains_vertex8
+#define keller_cone_contains_corners keller_scalar_cone_contains_corners
+#define keller_cone_contained_triangle8 keller_scalar_cone_contained_triangle8
+#define keller_cone_meets_triangle8 keller_scalar_cone_meets_triangle8
+#define keller_cone_meets_edge8 keller_scalar_cone_meets_edge8
+#define keller_cone_contains_box8 keller_scalar_cone_contains_box8
+#endif
