@@ -37,7 +37,7 @@ typedef struct {
 } KellerRange;
 
 /* Relative slack of every comparison, in double precision: the rounding errors of a coordinate in the cone's frame and of
- * the one linear form that decides sum up to less than half of it (src/geom/cone_frame.h, docs/numerics.md). */
+ * the one linear form that decides sum up to a quarter of it (src/geom/cone_frame.h, docs/numerics.md). */
 #define KELLER_CONE_SLACK (64 * 0x1p-53)
 /* The same for the tests on eight single-precision boxes or vertices. */
 #define KELLER_CONE_SLACK_FLOAT (64 * 0x1p-24f)

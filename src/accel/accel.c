@@ -50,15 +50,18 @@ static void measure(KellerAccel *a)
 {
     double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (int edges = 0; edges < 2; edges++)
-        for (uint32_t i = 0; i < (edges ? a->input.edge_count : a->input.triangle_count); i++)
+        for (uint32_t i = 0; i < (edges ? a->input.edge_count : a->input.triangle_count); i++) {
+            KellerVec3 v[3];
+            if (edges) edge_of(a, i, v);
+            else triangle_of(a, i, v);
             for (int j = 0; j < (edges ? 2 : 3); j++) {
-                KellerVec3 v = a->input.vertices[edges ? a->input.edges[i][j] : a->input.triangles[i][j]];
-                const double p[3] = {v.x, v.y, v.z};
+                const double p[3] = {v[j].x, v[j].y, v[j].z};
                 for (int k = 0; k < 3; k++) {
                     lo[k] = lesser(lo[k], p[k]);
                     hi[k] = greater(hi[k], p[k]);
                 }
             }
+        }
     if (!(lo[0] <= hi[0])) return;
     a->middle = v3(0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2]));
     for (int k = 0; k < 3; k++) a->size = greater(a->size, 0.5 * (hi[k] - lo[k]) * (1 + 0x1p-20));
@@ -114,17 +117,23 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, bool edge
     return status;
 }
 
-KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
-                              KellerError *error)
+/* Owns `wedge` and `begin` from here on. */
+static KellerStatus build(const KellerAccelInput *input, const KellerAccelOptions *o, const KellerScene *scene,
+                          uint32_t *wedge, uint32_t *begin, KellerAccel **accel, KellerError *error)
 {
-    const KellerAccelOptions defaults = {0}, *o = options ? options : &defaults;
     *accel = NULL;
     const TreeKind *kind = kind_of(o->name, error);
-    if (!kind) return KELLER_BAD_INPUT;
-    KellerAccel *a = calloc(1, sizeof *a);
-    if (!a) return keller_error_memory(error, sizeof *a);
+    KellerAccel *a = kind ? calloc(1, sizeof *a) : NULL;
+    if (!a) {
+        free(wedge);
+        free(begin);
+        return kind ? keller_error_memory(error, sizeof *a) : KELLER_BAD_INPUT;
+    }
     a->kind = kind;
     a->input = *input;
+    a->scene = scene;
+    a->wedge = wedge;
+    a->wedge_begin = begin;
     a->repeats = o->spatial > 0 || kind == &tree_kdtree;
     measure(a);
     KellerStatus status = plant(a, o, false, error);
@@ -137,35 +146,56 @@ KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOp
     return KELLER_OK;
 }
 
+KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
+                              KellerError *error)
+{
+    const KellerAccelOptions defaults = {0};
+    return build(input, options ? options : &defaults, NULL, NULL, NULL, accel, error);
+}
+
+/* A wedge and its edge: the lesser vertex first. */
+typedef struct {
+    uint32_t vertex[2], wedge;
+} OnEdge;
+
+static int by_edge(const void *a, const void *b)
+{
+    const OnEdge *p = a, *q = b;
+    for (int k = 0; k < 2; k++)
+        if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
+    return (p->wedge > q->wedge) - (p->wedge < q->wedge);
+}
+
 /* Over all triangles and the given wedges (NULL: all) of a scene, or wedges alone. */
 static KellerStatus over_scene(const char *name, const KellerScene *scene, bool triangles, uint32_t count,
                                const uint32_t *wedges, KellerAccel **accel, KellerError *error)
 {
     *accel = NULL;
-    uint32_t(*edges)[2] = malloc((count + 1) * sizeof *edges), *names = NULL;
-    if (edges && wedges) names = malloc((count + 1) * sizeof *names);
-    if (!edges || (wedges && !names)) {
-        free(edges);
-        return keller_error_memory(error, count * sizeof *edges);
+    OnEdge *on = malloc((count + 1) * sizeof *on);
+    uint32_t *wedge = malloc((count + 1) * sizeof *wedge), *begin = malloc((count + 1) * sizeof *begin), edges = 0;
+    if (!on || !wedge || !begin) {
+        free(on);
+        free(wedge);
+        free(begin);
+        return keller_error_memory(error, count * (sizeof *on + 2 * sizeof *wedge));
     }
     for (uint32_t i = 0; i < count; i++) {
         uint32_t id = wedges ? wedges[i] : i;
-        if (names) names[i] = id;
-        for (int j = 0; j < 2; j++) edges[i][j] = scene->wedges[id].vertex[j];
+        const uint32_t *v = scene->wedges[id].vertex;
+        on[i] = (OnEdge){{v[0] < v[1] ? v[0] : v[1], v[0] < v[1] ? v[1] : v[0]}, id};
     }
+    qsort(on, count, sizeof *on, by_edge);
+    for (uint32_t i = 0; i < count; i++) {
+        if (i == 0 || memcmp(on[i].vertex, on[i - 1].vertex, sizeof on[i].vertex) != 0) begin[edges++] = i;
+        wedge[i] = on[i].wedge;
+    }
+    begin[edges] = count;
+    free(on);
+    uint32_t *fit = realloc(begin, (edges + 1) * sizeof *begin);
     KellerAccelInput input = {.vertices = scene->vertices, .triangles = (const uint32_t(*)[3])scene->triangles,
-                              .triangle_count = triangles ? (uint32_t)scene->triangle_count : 0,
-                              .edges = (const uint32_t(*)[2])edges, .edge_count = count};
+                              .triangle_count = triangles ? (uint32_t)scene->triangle_count : 0, .edge_count = edges};
     KellerAccelOptions options = {.name = name};
-    KellerStatus status = keller_accel_new(&input, &options, accel, error);
-    if (status != KELLER_OK) {
-        free(edges);
-        free(names);
-        return status;
-    }
-    (*accel)->own_edges = edges;
-    (*accel)->edge_names = names;
-    return KELLER_OK;
+    return build(&input, &options, scene, wedge, fit ? fit : begin, accel, error);
 }
 
 KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error)
@@ -186,8 +216,8 @@ void keller_accel_free(KellerAccel *accel)
     accel->kind->free(accel->edge_tree);
     free(accel->triangles);
     free(accel->edges);
-    free(accel->edge_names);
-    free(accel->own_edges);
+    free(accel->wedge);
+    free(accel->wedge_begin);
     free(accel);
 }
 
@@ -195,8 +225,9 @@ const char *keller_accel_name(const KellerAccel *accel) { return accel->kind->na
 
 size_t keller_accel_bytes(const KellerAccel *a)
 {
-    size_t edges = a->input.edge_count;
-    return sizeof *a + a->kind->bytes(a->triangle_tree) + a->kind->bytes(a->edge_tree) +
-           a->triangle_blocks * sizeof(TriangleBlock) + a->edge_blocks * sizeof(EdgeBlock) +
-           (a->own_edges ? edges * sizeof *a->own_edges : 0) + (a->edge_names ? edges * sizeof *a->edge_names : 0);
+    size_t bytes = sizeof *a + a->kind->bytes(a->triangle_tree) + a->kind->bytes(a->edge_tree) +
+                   a->triangle_blocks * sizeof(TriangleBlock) + a->edge_blocks * sizeof(EdgeBlock);
+    if (!a->scene) return bytes;
+    uint32_t edges = a->input.edge_count;
+    return bytes + (a->wedge_begin[edges] + (size_t)edges + 1) * sizeof(uint32_t);
 }

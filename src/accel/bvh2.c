@@ -1,5 +1,6 @@
-/* The binary hierarchy. A node of 64 bytes holds its two children's boxes; the blocks below a node are consecutive, so that
- * a subtree that the frustum contains (Emre et al. 2025, section 4.2) is a range of blocks. */
+/* The binary hierarchy. A node of 64 bytes holds its two children's boxes, so that a frustum's slabs are tested for both at
+ * once. The blocks below a node are consecutive: a subtree that the frustum contains (Emre et al. 2025, section 4.2) is a
+ * range of blocks. */
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +14,7 @@ enum {
 };
 
 typedef struct {
-    AccelBox box[2];
+    float side[3][4];        /* along each axis: the children's lower sides, then their upper ones */
     uint32_t child[2];
     uint32_t middle;         /* first block below the right child */
     uint32_t unused;
@@ -39,8 +40,13 @@ static uint32_t convert(Bvh *bvh, const SahTree *tree, uint32_t from, uint32_t *
     if (node->count) return (uint32_t)LEAF | (*block)++;
     uint32_t number = bvh->node_count++;
     Node *to = &bvh->nodes[number];
-    to->box[0] = tree->nodes[node->left].box;
-    to->box[1] = tree->nodes[node->right].box;
+    for (int i = 0; i < 2; i++) {
+        const AccelBox *box = &tree->nodes[i ? node->right : node->left].box;
+        for (int k = 0; k < 3; k++) {
+            to->side[k][i] = box->lower[k];
+            to->side[k][2 + i] = box->upper[k];
+        }
+    }
     to->child[0] = convert(bvh, tree, node->left, block);
     to->middle = *block;
     to->child[1] = convert(bvh, tree, node->right, block);
@@ -93,54 +99,121 @@ static size_t bvh_bytes(const void *tree)
     return !bvh ? 0 : sizeof *bvh + ((size_t)bvh->node_count + 1) * sizeof *bvh->nodes;
 }
 
+/* The slabs of box.h for two boxes at once: lanes 0 and 1 the bounds by which the frustum enters, 2 and 3 those by which it
+ * leaves, negated, so that all are maxima. */
+typedef struct {
+    f4 at[3], rate[3], bounds;
+    bool down[3];            /* the directrix runs down the axis: upper sides come first */
+    bool usable;             /* along no axis does the frustum open wider than it leans */
+} Slabs;
+
+static Slabs slabs_of(const KellerConeLanes *c)
+{
+    Slabs s = {.bounds = f4_set(c->near, c->near, -c->far, -c->far), .usable = true};
+    for (int k = 0; k < 3; k++) {
+        s.down[k] = c->enter_rate[k] < 0;
+        s.usable &= s.down[k] == (c->leave_rate[k] < 0);
+        s.at[k] = f4_set(c->enter[k], c->enter[k], c->leave[k], c->leave[k]);
+        s.rate[k] = f4_set(c->enter_rate[k], c->enter_rate[k], -c->leave_rate[k], -c->leave_rate[k]);
+    }
+    return s;
+}
+
+static inline void test_slabs(const Slabs *s, const Node *node, float bounds[4])
+{
+    f4 all = s->bounds;
+    for (int k = 0; k < 3; k++) {
+        f4 side = f4_load(node->side[k]);
+        if (s->down[k]) side = simde_mm_shuffle_ps(side, side, SIMDE_MM_SHUFFLE(1, 0, 3, 2));
+        all = f4_max(f4_mul(f4_sub(side, s->at[k]), s->rate[k]), all);
+    }
+    f4_store(bounds, all);
+}
+
+static inline AccelBox box_of(const Node *node, int i)
+{
+    AccelBox b;
+    for (int k = 0; k < 3; k++) {
+        b.lower[k] = node->side[k][i];
+        b.upper[k] = node->side[k][2 + i];
+    }
+    return b;
+}
+
+typedef struct {
+    const KellerConeLanes *lanes;
+    Slabs slabs;
+    bool wide, contained;
+} Frustum;
+
+/* Which children are met before `far`, from where on, and whether wholly inside. */
+static inline void test_children(const Frustum *f, const Node *node, const Entry *at, float far, Entry child[2], bool met[2])
+{
+    float bounds[4];
+    for (int i = 0; i < 2; i++)
+        child[i] = (Entry){node->child[i], i ? node->middle : at->first, i ? at->end : node->middle, 0, at->inside};
+    if (f->slabs.usable && !at->inside) {
+        test_slabs(&f->slabs, node, bounds);
+        for (int i = 0; i < 2; i++) {
+            met[i] = bounds[i] <= -bounds[2 + i] && bounds[i] <= far;
+            child[i].distance = bounds[i];
+        }
+        if (!f->wide && !f->contained) return;
+    }
+    for (int i = 0; i < 2; i++) {
+        AccelBox box = box_of(node, i);
+        if (at->inside) { /* only to see the nearer ones first */
+            child[i].distance = box_begins(f->lanes, box.lower, box.upper);
+            met[i] = child[i].distance <= far;
+            continue;
+        }
+        if (!f->slabs.usable) {
+            met[i] = box_meets(f->lanes, f->wide, box.lower, box.upper, &child[i].distance);
+        } else if (met[i] && f->wide) {
+            float near = bounds[i], end = -bounds[2 + i];
+            met[i] = box_meets_wide(f->lanes, box.lower, box.upper, &near, &end) && near <= end;
+            child[i].distance = near;
+        }
+        met[i] = met[i] && child[i].distance <= far;
+        child[i].inside = met[i] && f->contained && box_contained(f->lanes, box.lower, box.upper);
+    }
+}
+
 static void bvh_walk(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
                      uint64_t *nodes)
 {
     const Bvh *bvh = tree;
-    const bool wide = box_wide(lanes);
+    if (!bvh || bvh->block_count == 0) return;
+    const Frustum f = {lanes, slabs_of(lanes), box_wide(lanes), contained};
     float far = lanes->far;
     Entry stack[STACK];
     int top = 0;
-    if (!bvh || bvh->block_count == 0) return;
     Entry at = {bvh->node_count ? 0 : (uint32_t)LEAF, 0, bvh->block_count, 0, false};
-    ++*nodes;
-    if (!box_meets(lanes, wide, bvh->box.lower, bvh->box.upper, &at.distance)) return;
-    at.inside = contained && box_contained(lanes, bvh->box.lower, bvh->box.upper);
-    for (;;) {
-        if (at.distance <= far && (at.child & LEAF || (at.inside && at.end - at.first <= FEW))) {
+    uint64_t tested = 1;
+    bool met = box_meets(lanes, f.wide, bvh->box.lower, bvh->box.upper, &at.distance);
+    at.inside = met && contained && box_contained(lanes, bvh->box.lower, bvh->box.upper);
+    while (met) {
+        if (at.child & LEAF || (at.inside && at.end - at.first <= FEW)) {
             for (uint32_t b = at.first; b < at.end && at.distance <= far; b++) far = visit(context, b, at.inside, far);
-        } else if (at.distance <= far) {
-            const Node *node = &bvh->nodes[at.child];
+        } else {
             Entry child[2];
-            bool met[2];
-            ++*nodes;
-            for (int i = 0; i < 2; i++) {
-                const AccelBox *box = &node->box[i];
-                child[i] = (Entry){node->child[i], i ? node->middle : at.first, i ? at.end : node->middle, 0, at.inside};
-                if (at.inside) { /* only to see the nearer ones first */
-                    child[i].distance = box_begins(lanes, box->lower, box->upper);
-                    met[i] = true;
-                } else {
-                    met[i] = box_meets(lanes, wide, box->lower, box->upper, &child[i].distance);
-                    child[i].inside = met[i] && contained && box_contained(lanes, box->lower, box->upper);
-                }
-                met[i] = met[i] && child[i].distance <= far;
-            }
-            if (met[0] && met[1]) {
-                bool swap = child[1].distance < child[0].distance;
+            bool in[2];
+            tested++;
+            test_children(&f, &bvh->nodes[at.child], &at, far, child, in);
+            if (in[0] || in[1]) {
+                bool second = !in[0] || (in[1] && child[1].distance < child[0].distance);
                 assert(top < STACK);
-                stack[top++] = child[!swap];
-                at = child[swap];
-                continue;
-            }
-            if (met[0] || met[1]) {
-                at = child[met[1]];
+                if (in[0] && in[1]) stack[top++] = child[!second];
+                at = child[second];
                 continue;
             }
         }
-        if (top == 0) return;
-        at = stack[--top];
+        do {
+            met = top > 0;
+            if (met) at = stack[--top];
+        } while (met && !(at.distance <= far));
     }
+    *nodes += tested;
 }
 
-const TreeKind tree_bvh = {"bvh", 2, bvh_build, bvh_free, bvh_bytes, bvh_walk};
+const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk};

@@ -121,42 +121,43 @@ typedef struct {
     bool inside;
 } Waiting;
 
-static void walk(const void *tree, const KellerConeLanes *cone, bool contained, LeafVisit visit, void *context,
+static void walk(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
                  uint64_t *nodes)
 {
     const Tree *t = tree;
     if (!t || t->node_count == 0) return;
-    KellerConeLanes lanes = *cone;
-    Waiting stack[7 * STACK + 8];
+    Waiting stack[7 * STACK + 8], next = {0, -INFINITY, false};
     int top = 0;
-    stack[top++] = (Waiting){0, -INFINITY, false};
+    float far = lanes->far; /* lanes stay as they are: a copy would wait for their stores */
     uint64_t tested = 0;
-    while (top > 0) {
-        Waiting w = stack[--top];
-        if (w.z > lanes.far) continue;
-        if (w.child & LEAF) {
-            float far = visit(context, w.child & ~LEAF, w.inside, lanes.far);
+    for (;;) {
+        if (next.child & LEAF) {
+            far = visit(context, next.child & ~LEAF, next.inside, far);
             if (far == -INFINITY) break;
-            lanes.far = far < lanes.far ? far : lanes.far;
-            continue;
+        } else {
+            const Node *node = &t->nodes[next.child];
+            _Alignas(32) float z[8];
+            tested++;
+            uint32_t hit = keller_cone_meets_box8(lanes, &node->boxes, z), in = 0;
+            if (next.inside) in = hit;
+            else if (contained && hit) in = keller_cone_contains_box8(lanes, &node->boxes) & hit;
+            /* nearest on top: insertion sort, farthest first */
+            int first = top;
+            for (; hit; hit &= hit - 1) {
+                uint32_t i = (uint32_t)__builtin_ctz(hit);
+                if (z[i] > far) continue;
+                int j = top++;
+                for (; j > first && stack[j - 1].z < z[i]; j--) stack[j] = stack[j - 1];
+                stack[j] = (Waiting){node->child[i], z[i], in >> i & 1};
+            }
         }
-        const Node *node = &t->nodes[w.child];
-        _Alignas(32) float z[8];
-        uint32_t hit, in = 0;
-        tested++;
-        hit = keller_cone_meets_box8(&lanes, &node->boxes, z);
-        if (w.inside) in = hit;
-        else if (contained && hit) in = keller_cone_contains_box8(&lanes, &node->boxes) & hit;
-        /* nearest on top: insertion sort, farthest first */
-        int first = top;
-        for (; hit; hit &= hit - 1) {
-            uint32_t i = (uint32_t)__builtin_ctz(hit);
-            int j = top++;
-            for (; j > first && stack[j - 1].z < z[i]; j--) stack[j] = stack[j - 1];
-            stack[j] = (Waiting){node->child[i], z[i], in >> i & 1};
-        }
+        do {
+            if (top == 0) goto done;
+            next = stack[--top];
+        } while (next.z > far);
     }
+done:
     *nodes += tested;
 }
 
-const TreeKind tree_bvh8 = {"bvh8", 0.5, build, tree_free, tree_bytes, walk};
+const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk};

@@ -25,7 +25,7 @@ typedef struct {
     uint32_t *refs;                 /* a primitive may be in several blocks (kdtree, spatial splits) */
 } Leaves;
 
-/* Called for a block. `inside`: the frustum surely contains the block's box. `far` is the far end of z still of interest;
+/* Called for a block. `inside`: the frustum surely contains the block's box, and so its primitives unless they are split. `far` is the far end of z still of interest;
  * returns the new one, -INFINITY to end the walk. */
 typedef float (*LeafVisit)(void *context, uint32_t block, bool inside, float far);
 

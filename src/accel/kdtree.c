@@ -1,6 +1,6 @@
-/* The k-d tree's walk. Descending, the frustum's interval of z in the cell is cut at the splitting plane, by the same two
- * bounds that tests of boxes have for a side (box.h): what a thin frustum finds is exactly what the test of the cell as a box
- * would find, at a third of its price. Wide ones have the cell tested as a box, too. */
+/* The k-d tree's walk. Descending, the frustum's interval of z in the cell is cut at the splitting plane, by the same
+ * two bounds that tests of boxes have for a side (box.h): what a thin frustum finds is exactly what the test of the
+ * cell as a box would find, at a third of its price. Wide ones have the cell tested as a box, too. */
 #include "accel/kdtree.h"
 
 #include <assert.h>
@@ -8,86 +8,125 @@
 
 #include "accel/box.h"
 
+/* A cell that waits, and its interval of z. */
 typedef struct {
     uint32_t node;
     float near, far;
-    AccelBox cell;           /* kept for wide frusta only */
-    bool inside;
-} Cell;
+} Thin;
 
-/* The part of a cell on one side of a plane: `upper` above it. False if the frustum misses it. */
-static inline bool part(const KellerConeLanes *c, const KdNode *node, int k, bool upper, bool wide, bool contained,
-                        Cell *cell)
+typedef struct {
+    Thin thin;
+    AccelBox cell;
+    bool inside;             /* the frustum contains the cell */
+} Wide;
+
+/* The interval of the part of a cell above or below a plane across axis k. */
+static inline Thin part(const KellerConeLanes *c, const KdNode *node, int k, bool above, Thin t)
 {
-    float plane = node->plane;
-    cell->node += upper ? node->link >> 2 : 1;
-    if (upper == (c->enter_rate[k] < 0)) box_leave(c, k, plane, &cell->near, &cell->far);
-    else box_enter(c, k, plane, &cell->near);
-    if (!wide) return cell->near <= cell->far;
-    if (upper) cell->cell.lower[k] = plane;
-    else cell->cell.upper[k] = plane;
-    if (cell->inside) {
-        float begins = box_begins(c, cell->cell.lower, cell->cell.upper);
-        cell->near = begins > cell->near ? begins : cell->near;
+    t.node += above ? node->link >> 2 : 1;
+    if (above == (c->enter_rate[k] < 0)) box_leave(c, k, node->plane, &t.near, &t.far);
+    else box_enter(c, k, node->plane, &t.near);
+    return t;
+}
+
+static Thin root(const KdTree *tree, const KellerConeLanes *lanes)
+{
+    Thin t = {0, lanes->near, lanes->far};
+    for (int k = 0; k < 3; k++) {
+        bool down = lanes->enter_rate[k] < 0;
+        box_enter(lanes, k, down ? tree->box.upper[k] : tree->box.lower[k], &t.near);
+        box_leave(lanes, k, down ? tree->box.lower[k] : tree->box.upper[k], &t.near, &t.far);
+    }
+    return t;
+}
+
+static inline float visit_leaf(const KdNode *leaf, float near, LeafVisit visit, void *context, float far)
+{
+    uint32_t block = leaf->link >> 2, end = block + leaf->blocks;
+    for (; block < end && near <= far; block++) far = visit(context, block, false, far);
+    return far;
+}
+
+static uint64_t walk_thin(const KdTree *tree, const KellerConeLanes *lanes, LeafVisit visit, void *context)
+{
+    Thin stack[KD_DEPTH], at = root(tree, lanes);
+    float far = lanes->far;
+    int top = 0;
+    uint64_t steps = 1;
+    for (;;) {
+        const KdNode *node = &tree->nodes[at.node];
+        int k = (int)(node->link & 3);
+        if (k == KD_LEAF || !(at.near <= at.far)) {
+            if (at.near <= at.far) far = visit_leaf(node, at.near, visit, context, far);
+            do {
+                if (top == 0) return steps;
+                at = stack[--top];
+                at.far = at.far < far ? at.far : far;
+            } while (!(at.near <= at.far));
+            continue;
+        }
+        steps++;
+        bool down = lanes->enter_rate[k] < 0;
+        Thin first = part(lanes, node, k, down, at), second = part(lanes, node, k, !down, at);
+        bool in_first = first.near <= first.far, in_second = second.near <= second.far;
+        bool turn = !in_first || (in_second && second.near < first.near);
+        at = turn ? second : first;
+        if (in_first && in_second) {
+            assert(top < KD_DEPTH);
+            stack[top++] = turn ? first : second;
+        }
+    }
+}
+
+/* The part of a cell above or below a plane; false if the frustum misses it. */
+static bool wide_part(const KellerConeLanes *c, const KdNode *node, int k, bool above, bool contained, Wide *w)
+{
+    w->thin = part(c, node, k, above, w->thin);
+    if (above) w->cell.lower[k] = node->plane;
+    else w->cell.upper[k] = node->plane;
+    if (w->inside) {
+        float begins = box_begins(c, w->cell.lower, w->cell.upper);
+        w->thin.near = begins > w->thin.near ? begins : w->thin.near;
         return true;
     }
-    if (!(cell->near <= cell->far) ||
-        !box_meets_wide(c, cell->cell.lower, cell->cell.upper, &cell->near, &cell->far) || !(cell->near <= cell->far))
+    if (!(w->thin.near <= w->thin.far) ||
+        !box_meets_wide(c, w->cell.lower, w->cell.upper, &w->thin.near, &w->thin.far) || !(w->thin.near <= w->thin.far))
         return false;
-    cell->inside = contained && box_contained(c, cell->cell.lower, cell->cell.upper);
+    w->inside = contained && box_contained(c, w->cell.lower, w->cell.upper);
     return true;
 }
 
-static inline void walk(const KdTree *tree, const KellerConeLanes *lanes, bool wide, bool contained, LeafVisit visit,
-                        void *context, uint64_t *nodes)
+static uint64_t walk_wide(const KdTree *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context)
 {
-    Cell stack[KD_DEPTH], at = {0, lanes->near, lanes->far, tree->box, false};
-    float far = lanes->far, begins;
+    Wide stack[KD_DEPTH], at = {root(tree, lanes), tree->box, false};
+    float far = lanes->far;
     int top = 0;
     uint64_t steps = 1;
-    bool met = box_meets(lanes, wide, at.cell.lower, at.cell.upper, &begins);
-    for (int k = 0; k < 3; k++) {
-        bool down = lanes->enter_rate[k] < 0;
-        box_enter(lanes, k, down ? at.cell.upper[k] : at.cell.lower[k], &at.near);
-        box_leave(lanes, k, down ? at.cell.lower[k] : at.cell.upper[k], &at.near, &at.far);
-    }
-    while (met) {
-        const KdNode *node = &tree->nodes[at.node];
+    for (;;) {
+        const KdNode *node = &tree->nodes[at.thin.node];
         int k = (int)(node->link & 3);
         if (k != KD_LEAF) {
             bool down = lanes->enter_rate[k] < 0;
-            Cell first = at, second = at; /* as the directrix runs */
+            Wide part_of[2] = {at, at}; /* as the directrix runs */
+            bool met[2];
             steps++;
-            bool in_first = part(lanes, node, k, down, wide, contained, &first) && first.near <= far;
-            bool in_second = part(lanes, node, k, !down, wide, contained, &second) && second.near <= far;
-            if (in_first && in_second) {
+            for (int i = 0; i < 2; i++)
+                met[i] = wide_part(lanes, node, k, down != (i == 1), contained, &part_of[i]) && part_of[i].thin.near <= far;
+            if (met[0] || met[1]) {
+                bool turn = !met[0] || (met[1] && part_of[1].thin.near < part_of[0].thin.near);
                 assert(top < KD_DEPTH);
-                if (first.near <= second.near) {
-                    stack[top++] = second;
-                    at = first;
-                } else {
-                    stack[top++] = first;
-                    at = second;
-                }
-                continue;
-            }
-            if (in_first || in_second) {
-                at = in_first ? first : second;
+                if (met[0] && met[1]) stack[top++] = part_of[!turn];
+                at = part_of[turn];
                 continue;
             }
         } else {
-            uint32_t block = node->link >> 2, end = block + node->blocks;
-            for (; block < end && at.near <= far; block++) far = visit(context, block, false, far);
+            far = visit_leaf(node, at.thin.near, visit, context, far);
         }
         do {
-            if (top == 0) {
-                *nodes += steps;
-                return;
-            }
+            if (top == 0) return steps;
             at = stack[--top];
-        } while (!(at.near <= far));
+        } while (at.thin.near > far);
     }
-    *nodes += steps;
 }
 
 /* What is contained in the frustum is a cell, and primitives reach out of it: `inside` is never said to the visitor. */
@@ -96,8 +135,9 @@ static void kdtree_walk(const void *tree, const KellerConeLanes *lanes, bool con
 {
     const KdTree *t = tree;
     if (!t || t->block_count == 0) return;
-    if (box_wide(lanes)) walk(t, lanes, true, contained, visit, context, nodes);
-    else walk(t, lanes, false, false, visit, context, nodes);
+    float begins;
+    if (!box_meets(lanes, box_wide(lanes), t->box.lower, t->box.upper, &begins)) return;
+    *nodes += box_wide(lanes) ? walk_wide(t, lanes, contained, visit, context) : walk_thin(t, lanes, visit, context);
 }
 
 static void kdtree_free(void *tree)
@@ -114,4 +154,4 @@ static size_t kdtree_bytes(const void *tree)
     return !t ? 0 : sizeof *t + t->node_count * sizeof *t->nodes;
 }
 
-const TreeKind tree_kdtree = {"kdtree", 2, kdtree_build, kdtree_free, kdtree_bytes, kdtree_walk};
+const TreeKind tree_kdtree = {"kdtree", 1, kdtree_build, kdtree_free, kdtree_bytes, kdtree_walk};

@@ -13,8 +13,9 @@ struct KellerAccel {
     EdgeBlock *edges;
     uint32_t triangle_blocks, edge_blocks;
     bool repeats;                   /* primitives may be in several blocks */
-    uint32_t *edge_names;           /* what edges are reported as; NULL: their own numbers */
-    uint32_t (*own_edges)[2];       /* input.edges where they were made here */
+    /* Over a scene, wedges on one edge are one primitive: edge i stands for the wedges wedge[wedge_begin[i] .. [i + 1]). */
+    const KellerScene *scene;       /* NULL: edges are input.edges */
+    uint32_t *wedge, *wedge_begin;
 };
 
 /* Vertices of primitives, in double precision. */
@@ -24,7 +25,8 @@ static inline void triangle_of(const KellerAccel *a, uint32_t id, KellerVec3 v[3
 }
 static inline void edge_of(const KellerAccel *a, uint32_t id, KellerVec3 v[2])
 {
-    for (int j = 0; j < 2; j++) v[j] = a->input.vertices[a->input.edges[id][j]];
+    const uint32_t *ends = a->scene ? a->scene->wedges[a->wedge[a->wedge_begin[id]]].vertex : a->input.edges[id];
+    for (int j = 0; j < 2; j++) v[j] = a->input.vertices[ends[j]];
 }
 
 /* Lanes in use. */

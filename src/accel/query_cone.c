@@ -14,7 +14,7 @@ typedef struct {
     const KellerAccel *accel;
     const KellerCone *cone;
     KellerConeLanes lanes;
-    KellerRange clip;               /* of the cone and the query both */
+    KellerRange clip, whole;        /* still of interest; of the cone and the query both, which ranges are cut to */
     Wanted wanted;
     Seen *seen;
     KellerVisitCone visit;
@@ -24,21 +24,27 @@ typedef struct {
     KellerAccelWork *work;
 } Query;
 
-static Query query(const KellerAccel *a, const KellerCone *cone, KellerRange clip, Wanted wanted, KellerAccelWork *work)
+static inline Query query(const KellerAccel *a, const KellerCone *cone, KellerRange clip, Wanted wanted, KellerAccelWork *work)
 {
     KellerCone moved = *cone;
     moved.origin = v3_sub(cone->origin, a->middle);
     Query q = {.accel = a, .cone = cone, .wanted = wanted, .hit.primitive = KELLER_NONE, .work = work};
-    q.clip = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
+    q.clip = q.whole = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
     q.lanes = keller_cone_lanes(&moved, clip, a->size);
     return q;
 }
 
 /* A primitive that is met; returns the new far end of interest. */
-static double met(Query *q, uint32_t id, KellerRange range, double far)
+static double met(Query *q, uint32_t id, bool edge, KellerRange range, double far)
 {
     q->found = true;
-    if (q->wanted == ANY) return -INFINITY;
+    if (q->wanted == ALL && edge && q->accel->scene) {
+        for (uint32_t i = q->accel->wedge_begin[id]; i < q->accel->wedge_begin[id + 1]; i++) {
+            far = lesser(far, q->visit(q->context, q->accel->wedge[i], range));
+            if (far == -INFINITY) break;
+        }
+        return far;
+    }
     if (q->wanted == ALL) return lesser(far, q->visit(q->context, id, range));
     if (q->hit.primitive == KELLER_NONE || range.near < q->hit.range.near ||
         (range.near == q->hit.range.near && id < q->hit.primitive))
@@ -63,7 +69,7 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
         uint32_t id = ids[i];
         if (id == KELLER_NONE || (double)near[i] > q->clip.far) continue;
         bool inside = contained >> i & 1;
-        KellerRange range = {greater((double)near[i], q->clip.near), lesser((double)last[i], q->clip.far)};
+        KellerRange range = {greater((double)near[i], q->whole.near), lesser((double)last[i], q->whole.far)};
         if (inside && q->wanted == ANY) {
             q->found = true;
             return -INFINITY;
@@ -77,13 +83,13 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
                 q->found = true;
                 return -INFINITY;
             }
-            range = count == 3 ? keller_cone_triangle(q->cone, v[0], v[1], v[2], q->clip, NULL, NULL)
-                               : keller_cone_edge(q->cone, v[0], v[1], q->clip, NULL, NULL);
-            if (range.near > range.far) continue;
+            range = count == 3 ? keller_cone_triangle(q->cone, v[0], v[1], v[2], q->whole, NULL, NULL)
+                               : keller_cone_edge(q->cone, v[0], v[1], q->whole, NULL, NULL);
+            if (range.near > range.far || range.near > q->clip.far) continue;
         }
         if (q->seen && seen_before(q->seen, id)) continue;
         double old = q->clip.far;
-        q->clip.far = met(q, count == 2 && a->edge_names ? a->edge_names[id] : id, range, old);
+        q->clip.far = met(q, id, count == 2, range, old);
         if (q->clip.far == old) continue;
         if (q->clip.far == -INFINITY) return -INFINITY;
         far = walk_far(q);
@@ -98,7 +104,8 @@ static float visit_triangles(void *context, uint32_t b, bool inside, float far)
     _Alignas(32) float near[8], last[8];
     uint32_t contained = 0xff, mask = 0xff;
     q->work->triangles += lanes_used(block->id);
-    if (inside) keller_cone_contained_triangle8(&q->lanes, block->corner, near, last);
+    /* split primitives reach out of their part's box */
+    if (inside && !q->accel->repeats) keller_cone_contained_triangle8(&q->lanes, block->corner, near, last);
     else mask = keller_cone_meets_triangle8(&q->lanes, block->corner, near, last, &contained);
     return mask ? finish(q, mask, contained, near, last, block->id, 3, far) : far;
 }
@@ -153,13 +160,8 @@ bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone,
 {
     Query q = query(accel, cone, clip, NEAREST, work);
     walk(&q, false);
-    if (!q.found) return false;
-    *hit = q.hit;
-    /* the range within the query's own clip: the search had cut it shorter and shorter */
-    KellerVec3 v[3];
-    triangle_of(accel, q.hit.primitive, v);
-    hit->range = keller_cone_triangle(cone, v[0], v[1], v[2], clip, NULL, NULL);
-    return true;
+    if (q.found) *hit = q.hit;
+    return q.found;
 }
 
 bool keller_accel_cone_any(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerAccelWork *work)
@@ -175,7 +177,7 @@ typedef struct {
     double end;
 } Window;
 
-/* Ranges are cut at the clip's far end, not at the window's: only where they begin decides. */
+/* Only where ranges begin decides. */
 static double in_window(void *context, uint32_t primitive, KellerRange range)
 {
     Window *w = context;
@@ -187,18 +189,20 @@ bool keller_accel_cone_window(const KellerAccel *accel, const KellerCone *cone, 
                               KellerConeHit *nearest, KellerVisitCone visit, KellerVisitCone visit_edge, void *context,
                               KellerAccelWork *work)
 {
-    bool found = keller_accel_cone_nearest(accel, cone, clip, nearest, work);
-    double end = found ? nearest->range.near + depth : INFINITY;
-    Window w = {NULL, context, end};
-    if (!visit && !visit_edge) return found;
-    Query q = query(accel, cone, (KellerRange){clip.near, lesser(clip.far, end)}, ALL, work);
-    const KellerRange window = q.clip;
+    Query q = query(accel, cone, clip, NEAREST, work);
+    walk(&q, false);
+    bool found = q.found;
+    if (found) *nearest = q.hit;
+    Window w = {NULL, context, found ? q.hit.range.near + depth : INFINITY};
+    const KellerRange window = {q.whole.near, lesser(q.whole.far, w.end)};
+    q.wanted = ALL;
     q.visit = in_window;
     q.context = &w;
     for (int edges = 0; edges < 2; edges++) {
         w.visit = edges ? visit_edge : visit;
         if (!w.visit || (!edges && !found)) continue;
         q.clip = window;
+        q.lanes.far = walk_far(&q);
         walk(&q, edges);
     }
     return found;

@@ -27,23 +27,29 @@ typedef struct {
     KellerAccelWork *work;
 } Query;
 
-/* A frustum of no width; z is t. Boxes are grown by 8 UNIT M (cone_lanes.c asks for 6). */
-static KellerConeLanes lanes_of(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, KellerRange clip, Query *q)
+/* A frustum of no width; z is t. Only what the walk reads of thin cones is set. Boxes are grown by 8 UNIT M (cone_lanes.c asks for 6). */
+static void prepare(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, KellerRange clip, Query *q,
+                    KellerConeLanes *l)
 {
     KellerVec3 from = v3_sub(origin, a->middle);
     const double o[3] = {from.x, from.y, from.z}, d[3] = {direction.x, direction.y, direction.z};
     double most = greater(fabs(d[0]), greater(fabs(d[1]), fabs(d[2])));
     double reach = a->size + greater(fabs(o[0]), greater(fabs(o[1]), fabs(o[2]))), width = 8 * UNIT * reach;
-    KellerConeLanes l = {.near = float_down(clip.near), .far = float_up(clip.far), .slack = (float)width};
+    l->near = float_down(clip.near);
+    l->far = float_up(clip.far);
+    l->slack = (float)width;
+    l->tan_alpha = l->x0 = 0;
+    d4 D = d4_set(d[0], d[1], d[2], most), sign = d4_or(d4_set1(1), d4_and(d4_set1(-0.0), D));
+    d4 rate = d4_div(sign, d4_max(d4_abs(D), d4_set1(0x1p-26 * most))), at = d4_set(o[0], o[1], o[2], 0);
+    float lane[3][4];
+    d4_store_floats(lane[0], d4_add(at, d4_mul(sign, d4_set1(width))));
+    d4_store_floats(lane[1], d4_sub(at, d4_mul(sign, d4_set1(width))));
+    d4_store_floats(lane[2], rate);
     for (int k = 0; k < 3; k++) {
-        double sign = d[k] < 0 ? -1 : 1, rate = sign / greater(fabs(d[k]), 0x1p-26 * most);
-        l.origin[k] = (float)o[k];
-        l.axis[2][k] = (float)d[k];
-        l.enter[k] = (float)(o[k] + sign * width);
-        l.leave[k] = (float)(o[k] - sign * width);
-        l.enter_rate[k] = l.leave_rate[k] = (float)rate;
+        l->enter[k] = lane[0][k];
+        l->leave[k] = lane[1][k];
+        l->enter_rate[k] = l->leave_rate[k] = lane[2][k];
     }
-    if (!q) return l;
     q->exact = keller_ray(origin, direction);
     for (int k = 0; k < 3; k++) {
         q->axis[k] = q->exact.axis[k];
@@ -54,8 +60,7 @@ static KellerConeLanes lanes_of(const KellerAccel *a, KellerVec3 origin, KellerV
     q->rate = (float)(1 / d[q->axis[2]]);
     q->error = float_up(24 * UNIT * reach);
     q->error_t = float_up(8 * UNIT * reach * fabs(1 / d[q->axis[2]]));
-    q->first = l.near;
-    return l;
+    q->first = l->near;
 }
 
 /* Lanes of a block whose triangle the ray may meet between `first` and `far`. An edge function b x c is off by
@@ -125,7 +130,8 @@ bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, Kelle
                               KellerRayHit *hit, KellerAccelWork *work)
 {
     Query q = {.accel = accel, .clip = clip, .work = work};
-    KellerConeLanes lanes = lanes_of(accel, origin, direction, clip, &q);
+    KellerConeLanes lanes;
+    prepare(accel, origin, direction, clip, &q, &lanes);
     walk(&q, &lanes);
     if (q.found) *hit = q.hit;
     return q.found;
@@ -135,7 +141,8 @@ bool keller_accel_ray_any(const KellerAccel *accel, KellerVec3 origin, KellerVec
                           KellerAccelWork *work)
 {
     Query q = {.accel = accel, .clip = clip, .any = true, .work = work};
-    KellerConeLanes lanes = lanes_of(accel, origin, direction, clip, &q);
+    KellerConeLanes lanes;
+    prepare(accel, origin, direction, clip, &q, &lanes);
     walk(&q, &lanes);
     return q.found;
 }
@@ -149,7 +156,8 @@ bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec
         q.seen = &seen;
         seen_start(&seen);
     }
-    KellerConeLanes lanes = lanes_of(accel, origin, direction, clip, &q);
+    KellerConeLanes lanes;
+    prepare(accel, origin, direction, clip, &q, &lanes);
     walk(&q, &lanes);
     if (accel->repeats) seen_end(&seen);
     return q.found;

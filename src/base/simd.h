@@ -26,6 +26,8 @@ static inline d4 d4_load(const double *p) { return simde_mm256_loadu_pd(p); }
 static inline void d4_store(double *p, d4 a) { simde_mm256_storeu_pd(p, a); }
 /* Four floats, 16-byte aligned, widened exactly. */
 static inline d4 d4_load_floats(const float *p) { return simde_mm256_cvtps_pd(simde_mm_load_ps(p)); }
+/* Rounded to single precision; 4 floats. */
+static inline void d4_store_floats(float *p, d4 a) { simde_mm_storeu_ps(p, simde_mm256_cvtpd_ps(a)); }
 static inline double d4_first(d4 a) { return simde_mm256_cvtsd_f64(a); }
 
 static inline d4 d4_add(d4 a, d4 b) { return simde_mm256_add_pd(a, b); }

@@ -88,15 +88,24 @@ static const Help verbs[] = {
      "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
      "                         neither objects nor materials\n"
      "      --force            replace an existing file, but never the scene to convert\n"},
-    {"bench", "keller bench cone [--csv] [--cases N] [--seed N] [--threads N] [--test NAME] [--time-only]",
-     "Runs a suite of measurements and prints its table.\n"
+    {"bench", "keller bench cone|accel|stability [--csv] [options]",
+     "Runs a suite of measurements and prints its table; the times are of one thread.\n"
      "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
-     "  --csv                  as CSV\n"
      "  --cases N              cases for each test; default: 1e8\n"
      "  --seed N               of the random numbers; default: 1\n"
-     "  --threads N            for the comparisons (0, the default: all processors); times are of one thread\n"
+     "  --threads N            for the comparisons (0, the default: all processors)\n"
      "  --test NAME            only this test, as it is named in the table\n"
-     "  --time-only            no comparisons\n"},
+     "  --time-only            no comparisons\n"
+     "  accel: the accelerators' queries with rays and cones\n"
+     "  --scene FILE           a scene, or --random N: N random triangles; both may be given again\n"
+     "  --structure NAME       only this one: kdtree, bvh, bvh8; may be given again\n"
+     "  --query NAME, --half-angle DEG, --queries N, --seed N\n"
+     "                         only these queries; how many; of the random numbers\n"
+     "  --spatial SHARE, --cost RATIO\n"
+     "                         how to build (keller/accel.h)\n"
+     "  --peer embree          also Embree, in the same process, for rays\n"
+     "  stability: the paper's formulas as printed beside the tests of this library\n"
+     "  --csv                  as CSV\n"},
     {"help", "keller help [VERB]", "Prints this help, or that of a verb.\n"},
     {"version", "keller version", "Prints the program's version.\n"},
 };

@@ -9,8 +9,8 @@
  *
  * That error (unit u = 2^-53, S the 1-norm of q = p - origin, all axes' components at most 1): q is exact to u per
  * component, x and z to 4 u S, y to 5 u e S, R to 6 u T S + u x0; u normalised numerically has a norm of at most 1 + 3 u;
- * evaluating L_u adds 3 u (|R| + |x| + |y|). In all at most u (21 e S + 9 T S + 4 x0) < 32 u ((e + T) S + x0), half of
- * cone_slack: the rest covers vertices made from others (clipped edges, corners of boxes) and products with lambda. */
+ * evaluating L_u adds 3 u (|R| + |x| + |y|). In all at most u (12.5 e S + 9 T S + 4 x0) < 16 u ((e + T) S + x0), a quarter
+ * of cone_slack: the rest covers vertices made from others (clipped edges, corners of boxes) and products with lambda. */
 #ifndef KELLER_GEOM_CONE_FRAME_H
 #define KELLER_GEOM_CONE_FRAME_H
 #include "base/number.h"

@@ -54,16 +54,24 @@ KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, doub
     lanes.near = float_down(greater(cone->z_near, clip.near) - slack);
     lanes.far = float_up(lesser(cone->z_far, clip.far) + slack);
     lanes.slack = float_up(slack);
-    const double at[3] = {o.x, o.y, o.z}, X[3] = {axis[0].x, axis[0].y, axis[0].z},
-                 Y[3] = {axis[1].x, axis[1].y, axis[1].z}, D[3] = {axis[2].x, axis[2].y, axis[2].z};
+    /* the slabs of the three axes, in lanes */
+    d4 at = d4_set(o.x, o.y, o.z, 0), X = d4_set(axis[0].x, axis[0].y, axis[0].z, 0),
+       Y = d4_mul(d4_set(axis[1].x, axis[1].y, axis[1].z, 0), d4_set1(1 / (e * e))),
+       D = d4_set(axis[2].x, axis[2].y, axis[2].z, 1), minus = d4_set1(-0.0), least = d4_set1(0x1p-26);
+    d4 sign = d4_or(d4_set1(1), d4_and(minus, D)), spread = d4_sqrt(d4_add(d4_mul(X, X), d4_mul(Y, Y)));
+    d4 width = d4_mul(sign, d4_add(d4_mul(spread, d4_set1(x0)), d4_set1(slack)));
+    d4 opening = d4_mul(spread, d4_set1(T)), in = d4_add(d4_abs(D), opening), out = d4_sub(d4_abs(D), opening);
+    out = d4_or(d4_max(d4_abs(out), least), d4_and(minus, out));
+    float lane[4][4];
+    d4_store_floats(lane[0], d4_add(at, width));
+    d4_store_floats(lane[1], d4_sub(at, width));
+    d4_store_floats(lane[2], d4_div(sign, d4_max(in, least)));
+    d4_store_floats(lane[3], d4_div(sign, out));
     for (int k = 0; k < 3; k++) {
-        double sign = D[k] < 0 ? -1 : 1, spread = sqrt(X[k] * X[k] + Y[k] / (e * e) * (Y[k] / (e * e)));
-        double width = sign * (spread * x0 + slack);
-        double in = fabs(D[k]) + spread * T, out = fabs(D[k]) - spread * T;
-        lanes.enter[k] = (float)(at[k] + width);
-        lanes.leave[k] = (float)(at[k] - width);
-        lanes.enter_rate[k] = (float)(sign / greater(in, 0x1p-26));
-        lanes.leave_rate[k] = (float)(sign / copysign(greater(fabs(out), 0x1p-26), out));
+        lanes.enter[k] = lane[0][k];
+        lanes.leave[k] = lane[1][k];
+        lanes.enter_rate[k] = lane[2][k];
+        lanes.leave_rate[k] = lane[3][k];
     }
     return lanes;
 }

@@ -133,7 +133,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     KellerError error = {0};
     KellerSimulationWork work = {0};
     KellerSink sink = {.context = &found, .paths = keep_paths, .coverage = keep_coverage};
-    if (keller_accel_build("auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
+    if (keller_accel_build(run->accelerator ? run->accelerator : "auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
     if (keller_simulate(&config, scene, accel, &sink, &work, &error) != KELLER_OK) stop("keller_simulate", &error);
     keller_accel_free(accel);
     free(config.transmitters);

@@ -22,6 +22,7 @@ typedef struct {
     KellerAntenna antenna;                 /* at both ends, not turned */
     uint32_t reflections, diffractions, interactions;
     double cone; /* rad */
+    const char *accelerator; /* NULL: auto */
     uint32_t split_over; /* as in KellerConfig: small makes even the smallest scenes split their cones */
     uint32_t threads;
 } Run;

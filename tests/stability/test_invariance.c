@@ -66,6 +66,24 @@ static void cone_aperture(void **state)
     }
 }
 
+static void accelerators(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"bvh8", "bvh", "kdtree"};
+    for (uint64_t seed = 1041; seed <= 1046; seed++) {
+        RandomScene world = scene_random(seed, 0);
+        FoundPaths found[3];
+        for (int i = 0; i < 3; i++) {
+            Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+            run.accelerator = names[i];
+            found[i] = simulate(&world.soup, &run);
+        }
+        for (int i = 1; i < 3; i++) assert_same(&found[0], &found[i], names[i], seed, false, NULL, 1e-12);
+        for (int i = 0; i < 3; i++) found_free(&found[i]);
+        soup_release(&world.soup);
+    }
+}
+
 static void threads(void **state)
 {
     (void)state;
@@ -220,7 +238,7 @@ static void moved(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cone_aperture), cmocka_unit_test(threads), cmocka_unit_test(order_of_paths),
+        cmocka_unit_test(cone_aperture), cmocka_unit_test(accelerators), cmocka_unit_test(threads), cmocka_unit_test(order_of_paths),
         cmocka_unit_test(shuffled),      cmocka_unit_test(refined), cmocka_unit_test(reciprocity),
         cmocka_unit_test(moved),
     };

@@ -253,7 +253,8 @@ static void same_as_naive(void **state)
     Random r = {4711};
     uint64_t hits = 0, cone_hits = 0;
     for (uint32_t s = 0; s < 5 * MODEL_KINDS; s++) {
-        Model m = model_make((ModelKind)(s % MODEL_KINDS), s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : 20 + random_u32(&r) % 1000, &r);
+        Model m = model_make((ModelKind)(s % MODEL_KINDS),
+                             s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : 20 + random_u32(&r) % 1000, &r);
         Seen seen = seen_new(&m);
         for (uint32_t k = 0; k < 2 * NAMES; k++) {
             KellerAccel *accel = accel_of(&m, names[k % NAMES], k < NAMES ? 0 : 0.5, 1);

@@ -1,0 +1,371 @@
+/* keller-bench-accel -- how long the accelerators' queries take, and what they do meanwhile.
+ *
+ * usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... [--structure NAME]... [--query NAME] [--half-angle DEG]
+ *                           [--queries N] [--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree]
+ *
+ * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
+ *   structure           kdtree, bvh, bvh8; with --peer also embree (its fast mode) and embree-robust
+ *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
+ *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any
+ *   kind                primary (directions of a pinhole camera of 90 degrees in the middle of the box, row by row), random
+ *                       (origins in the box, directions on the sphere)
+ *   half_angle_deg      -1 for rays
+ *   eccentricity        0, or random: uniform in [0, 0.99], the half-angle being that of the major axis
+ *   nodes, triangles, edges   tested, per query; hits: primitives reported, per query
+ *   build_ms            of the structure over triangles and edges; the peer's is of its triangles alone
+ *   bytes_per_triangle  all that is kept, edges included
+ *   ratio, ratio_robust time over that of the peer's nearest hit for rays of the same kind, fast and robust mode
+ * Status 1 if a scene cannot be had, 2 on wrong usage. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "../tests/unit/random.h"
+#include "accel_input.h"
+#include "base/number.h"
+#include "embree_peer.h"
+
+static const char *const all_structures[] = {"kdtree", "bvh", "bvh8"};
+static const char *const queries[] = {"nearest", "any", "all"};
+static const char *const kinds[] = {"primary", "random"};
+static const double half_angles[] = {-1, 1e-5, 0.1, 0.5, 5, 15};
+enum { NEAREST, ANY, EVERY, QUERIES, KINDS = 2, ANGLES = 6, PASSES = 5, MOST = 16, RAW = 300000 };
+
+typedef struct {
+    bool csv, peer;
+    const char *scenes[MOST], *structures[MOST], *query;
+    uint32_t randoms[MOST];
+    int scene_count, random_count, structure_count;
+    double queries, spatial, cost, half_angle;
+    uint64_t seed;
+} Options;
+
+typedef struct {
+    double seconds[2], build;    /* of a ray of each kind; of the build */
+} PeerTimes;
+
+typedef struct {
+    size_t count;
+    KellerVec3 *origins, *directions;
+    KellerCone *cones;
+} Set;
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double median(double v[PASSES])
+{
+    for (int i = 1; i < PASSES; i++)
+        for (int j = i; j > 0 && v[j - 1] > v[j]; j--) {
+            double t = v[j];
+            v[j] = v[j - 1];
+            v[j - 1] = t;
+        }
+    return v[PASSES / 2];
+}
+
+/* ---- queries ----------------------------------------------------------------------------------------------------- */
+
+/* Fewer of those that take longer. */
+static size_t how_many(const Options *o, double half_angle)
+{
+    double share = half_angle < 0 ? 1 : half_angle < 0.3 ? 0.1 : half_angle < 1 ? 0.05 : half_angle < 10 ? 0.005 : 0.001;
+    double side = floor(sqrt(greater(16, o->queries * share)));
+    return (size_t)(side * side);
+}
+
+static Set make_set(const Options *o, const AccelBench *b, int kind, double half_angle, bool eccentric)
+{
+    Set s = {.count = how_many(o, half_angle)};
+    s.origins = malloc(s.count * sizeof *s.origins);
+    s.directions = malloc(s.count * sizeof *s.directions);
+    s.cones = malloc(s.count * sizeof *s.cones);
+    if (!s.origins || !s.directions || !s.cones) abort();
+    Random r = {o->seed};
+    size_t side = (size_t)(sqrt((double)s.count) + 0.5);
+    for (size_t i = 0; i < s.count; i++) {
+        double u[3];
+        for (int k = 0; k < 3; k++) u[k] = kind ? random_in(&r, 0, 1) : 0.5;
+        s.origins[i] = v3(b->lower.x + u[0] * (b->upper.x - b->lower.x), b->lower.y + u[1] * (b->upper.y - b->lower.y),
+                          b->lower.z + u[2] * (b->upper.z - b->lower.z));
+        double x = 2 * ((double)(i % side) + random_in(&r, 0, 1)) / (double)side - 1;
+        double y = 2 * ((double)(i / side) + random_in(&r, 0, 1)) / (double)side - 1;
+        KellerVec3 d = s.directions[i] = kind ? random_unit(&r) : v3_unit(v3(1, x, y));
+        double eccentricity = eccentric ? random_in(&r, 0, 0.99) : 0, turn = random_in(&r, 0, M_PI);
+        KellerVec3 major = v3_perpendicular(d);
+        major = v3_add(v3_scale(major, cos(turn)), v3_scale(v3_cross(d, major), sin(turn)));
+        s.cones[i] = keller_cone_elliptic(s.origins[i], d, major, greater(half_angle, 0) * M_PI / 180, eccentricity, 0);
+    }
+    return s;
+}
+
+static void free_set(Set *s)
+{
+    free(s->origins);
+    free(s->directions);
+    free(s->cones);
+}
+
+static bool count_ray(void *context, KellerRayHit hit)
+{
+    (void)hit;
+    ++*(uint64_t *)context;
+    return false;
+}
+
+static double count_cone(void *context, uint32_t primitive, KellerRange range)
+{
+    (void)primitive, (void)range;
+    ++*(uint64_t *)context;
+    return INFINITY;
+}
+
+/* One pass over the set; returns what was reported. */
+static uint64_t pass(const KellerAccel *accel, const Set *s, int query, bool rays, KellerAccelWork *work)
+{
+    const KellerRange clip = {0, INFINITY};
+    uint64_t hits = 0;
+    for (size_t i = 0; i < s->count; i++) {
+        KellerVec3 o = s->origins[i], d = s->directions[i];
+        const KellerCone *c = &s->cones[i];
+        KellerRayHit ray;
+        KellerConeHit nearest;
+        switch (query * 2 + rays) {
+        case NEAREST * 2 + 1: hits += keller_accel_ray_nearest(accel, o, d, clip, &ray, work); break;
+        case ANY * 2 + 1: hits += keller_accel_ray_any(accel, o, d, clip, work); break;
+        case EVERY * 2 + 1: keller_accel_ray_all(accel, o, d, clip, count_ray, &hits, work); break;
+        case NEAREST * 2:
+            hits += keller_accel_cone_window(accel, c, clip, 0, &nearest, NULL, count_cone, &hits, work);
+            break;
+        case ANY * 2: hits += keller_accel_cone_any(accel, c, clip, work); break;
+        case EVERY * 2:
+            keller_accel_cone(accel, c, clip, count_cone, &hits, work);
+            keller_accel_cone_wedges(accel, c, clip, count_cone, &hits, work);
+            break;
+        }
+    }
+    return hits;
+}
+
+/* ---- the table --------------------------------------------------------------------------------------------------- */
+
+static void print_row(const Options *o, const AccelBench *b, const char *structure, const char *query, const char *kind,
+                      double half_angle, const char *eccentricity, double us, const double work[4], double build_ms,
+                      double bytes, const double ratio[2])
+{
+    char cell[7][24] = {""};
+    for (int i = 0; i < 4 && work; i++) snprintf(cell[i], sizeof cell[i], "%.4g", work[i]);
+    if (bytes > 0) snprintf(cell[4], sizeof cell[4], "%.1f", bytes);
+    for (int i = 0; i < 2; i++)
+        if (ratio[i] > 0) snprintf(cell[5 + i], sizeof cell[5], "%.3g", ratio[i]);
+    printf(o->csv ? "%s,%s,%s,%s,%g,%s,%.4g,%s,%s,%s,%s,%.4g,%s,%s,%s\n"
+                  : "%-16s %-13s %-8s %-8s %8g %-7s %10.4g %8s %9s %9s %9s %9.4g %7s %7s %7s\n",
+           b->name, structure, query, kind, half_angle, eccentricity, us, cell[0], cell[1], cell[2], cell[3], build_ms, cell[4],
+           cell[5], cell[6]);
+    fflush(stdout);
+}
+
+static void print_head(const Options *o)
+{
+    printf(o->csv ? "%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s\n"
+                  : "%-16s %-13s %-8s %-8s %8s %-7s %10s %8s %9s %9s %9s %9s %7s %7s %7s\n",
+           "scene", "structure", "query", "kind", o->csv ? "half_angle_deg" : "angle", o->csv ? "eccentricity" : "ecc.",
+           o->csv ? "us_per_query" : "us", "nodes", "triangles", "edges", "hits", "build_ms",
+           o->csv ? "bytes_per_triangle" : "B/tri", "ratio", o->csv ? "ratio_robust" : "robust");
+}
+
+static KellerVec3 middle_of(const AccelBench *b) { return v3_scale(v3_add(b->lower, b->upper), 0.5); }
+
+/* Fast and robust mode, rays of both kinds; times[mode]. */
+static bool measure_peer(const Options *o, const AccelBench *b, PeerTimes times[2])
+{
+    for (int robust = 0; robust < 2; robust++) {
+        double build[PASSES], seconds[PASSES];
+        Peer *peer = NULL;
+        for (int i = 0; i < PASSES; i++) {
+            peer_free(peer);
+            peer = peer_new(b->in.triangle_count, b->in.vertices, b->in.triangles, middle_of(b), robust, &build[i]);
+            if (!peer) return false;
+        }
+        times[robust].build = median(build);
+        for (int kind = 0; kind < KINDS; kind++) {
+            Set s = make_set(o, b, kind, -1, false);
+            size_t hits = peer_nearest(peer, s.count, s.origins, s.directions);
+            for (int i = 0; i < PASSES; i++) {
+                double start = now();
+                peer_nearest(peer, s.count, s.origins, s.directions);
+                seconds[i] = now() - start;
+            }
+            double each = times[robust].seconds[kind] = median(seconds) / (double)s.count;
+            double ratio[2] = {each / times[0].seconds[kind], robust ? 1 : 0};
+            double work[4] = {0, 0, 0, (double)hits / (double)s.count};
+            print_row(o, b, robust ? "embree-robust" : "embree", "nearest", kinds[kind], -1, "0", each * 1e6, work,
+                      times[robust].build * 1e3, 0, ratio);
+            free_set(&s);
+        }
+        peer_free(peer);
+    }
+    return true;
+}
+
+static void measure_set(const Options *o, const AccelBench *b, const KellerAccel *accel, const Set *s, int kind, int angle,
+                        bool eccentric, double build, const PeerTimes peer[2])
+{
+    for (int query = 0; query < QUERIES; query++) {
+        if (o->query && strcmp(o->query, queries[query]) != 0) continue;
+        KellerAccelWork work = {0};
+        double seconds[PASSES], n = (double)s->count;
+        uint64_t hits = pass(accel, s, query, half_angles[angle] < 0, &work);
+        for (int i = 0; i < PASSES; i++) {
+            KellerAccelWork again = {0};
+            double start = now();
+            pass(accel, s, query, half_angles[angle] < 0, &again);
+            seconds[i] = now() - start;
+        }
+        double each = median(seconds) / n, ratio[2] = {0, 0};
+        for (int i = 0; i < 2 && peer; i++) ratio[i] = each / peer[i].seconds[kind];
+        const double done[4] = {(double)work.nodes / n, (double)work.triangles / n, (double)work.edges / n, (double)hits / n};
+        print_row(o, b, keller_accel_name(accel), queries[query], kinds[kind], half_angles[angle], eccentric ? "random" : "0",
+                  each * 1e6, done, build * 1e3, (double)keller_accel_bytes(accel) / b->in.triangle_count, ratio);
+    }
+}
+
+static KellerStatus measure(const Options *o, const AccelBench *b, const char *name, const PeerTimes *peer, KellerError *error)
+{
+    KellerAccelOptions options = {.name = name, .threads = 1, .spatial = o->spatial, .cost_ratio = o->cost};
+    KellerAccel *accel = NULL;
+    double build[PASSES];
+    int builds = b->in.triangle_count > RAW ? 1 : PASSES;
+    for (int i = 0; i < PASSES; i++) {
+        if (i >= builds) {
+            build[i] = build[0];
+            continue;
+        }
+        keller_accel_free(accel);
+        double start = now();
+        KellerStatus status = keller_accel_new(&b->in, &options, &accel, error);
+        build[i] = now() - start;
+        if (status != KELLER_OK) return status;
+    }
+    double each = median(build);
+    for (int kind = 0; kind < KINDS; kind++)
+        for (int angle = 0; angle < ANGLES; angle++)
+            for (int eccentric = 0; eccentric < (half_angles[angle] < 0 ? 1 : 2); eccentric++) {
+                if (!isnan(o->half_angle) && half_angles[angle] != o->half_angle) continue;
+                Set s = make_set(o, b, kind, half_angles[angle], eccentric);
+                measure_set(o, b, accel, &s, kind, angle, eccentric, each, peer);
+                free_set(&s);
+            }
+    keller_accel_free(accel);
+    return KELLER_OK;
+}
+
+static KellerStatus measure_all(const Options *o, AccelBench *b, KellerStatus status, KellerError *error)
+{
+    PeerTimes peer[2];
+    bool compared = status == KELLER_OK && o->peer && b->in.triangle_count > 0 && measure_peer(o, b, peer);
+    for (int i = 0; status == KELLER_OK && i < o->structure_count && b->in.triangle_count > 0; i++)
+        status = measure(o, b, o->structures[i], compared ? peer : NULL, error);
+    accel_bench_free(b);
+    return status;
+}
+
+/* ---- the command line -------------------------------------------------------------------------------------------- */
+
+static int wrong_usage(const char *what, const char *text)
+{
+    fprintf(stderr,
+            "keller-bench-accel: %s \"%s\"; usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... "
+            "[--structure NAME]... [--query NAME] [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] "
+            "[--cost RATIO] [--peer embree]\n",
+            what, text);
+    return 2;
+}
+
+static bool number(const char *text, double least, double most, bool whole, double *value)
+{
+    char *end;
+    *value = strtod(text, &end); /* 1e6 is fine */
+    return end != text && !*end && *value >= least && *value <= most && (!whole || *value == floor(*value));
+}
+
+static int parse(int argc, char **argv, Options *o)
+{
+    for (int i = 1; i < argc; i++) {
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "";
+        double v;
+        if (strcmp(name, "--csv") == 0) {
+            o->csv = true;
+            continue;
+        }
+        i++;
+        if (strcmp(name, "--scene") == 0) {
+            if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
+            o->scenes[o->scene_count++] = value;
+        } else if (strcmp(name, "--random") == 0) {
+            if (o->random_count == MOST || !number(value, 1, 1e8, true, &v))
+                return wrong_usage("not a number of triangles:", value);
+            o->randoms[o->random_count++] = (uint32_t)v;
+        } else if (strcmp(name, "--structure") == 0) {
+            bool known = strcmp(value, "auto") == 0;
+            for (int k = 0; k < 3; k++) known |= strcmp(value, all_structures[k]) == 0;
+            if (!known || o->structure_count == MOST) return wrong_usage("unknown structure", value);
+            o->structures[o->structure_count++] = value;
+        } else if (strcmp(name, "--query") == 0) {
+            o->query = value;
+            bool known = false;
+            for (int k = 0; k < QUERIES; k++) known |= strcmp(value, queries[k]) == 0;
+            if (!known) return wrong_usage("unknown query", value);
+        } else if (strcmp(name, "--half-angle") == 0) {
+            bool known = false;
+            if (!number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
+            for (int k = 0; k < ANGLES; k++) known |= half_angles[k] == o->half_angle;
+            if (!known) return wrong_usage("not a half-angle of the table:", value);
+        } else if (strcmp(name, "--queries") == 0) {
+            if (!number(value, 1, 1e9, true, &o->queries)) return wrong_usage("not a whole number:", value);
+        } else if (strcmp(name, "--seed") == 0) {
+            if (!number(value, 0, 1e15, true, &v)) return wrong_usage("not a whole number:", value);
+            o->seed = (uint64_t)v;
+        } else if (strcmp(name, "--spatial") == 0) {
+            if (!number(value, 0, 10, false, &o->spatial)) return wrong_usage("not a share:", value);
+        } else if (strcmp(name, "--cost") == 0) {
+            if (!number(value, 0, 1e6, false, &o->cost)) return wrong_usage("not a ratio:", value);
+        } else if (strcmp(name, "--peer") == 0) {
+            if (strcmp(value, "embree") != 0) return wrong_usage("unknown peer", value);
+            if (!peer_there()) {
+                fputs("keller-bench-accel: no Embree was there when this program was built: install libembree-dev, run meson "
+                      "setup again\n", stderr);
+                return 1;
+            }
+            o->peer = true;
+        } else {
+            return wrong_usage("unknown option", name);
+        }
+    }
+    if (o->scene_count + o->random_count == 0) return wrong_usage("nothing to measure:", "expected --scene or --random");
+    for (int k = 0, none = o->structure_count == 0; none && k < 3; k++) o->structures[o->structure_count++] = all_structures[k];
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    Options o = {.queries = 100000, .seed = 1, .half_angle = NAN};
+    int wrong = parse(argc, argv, &o);
+    if (wrong) return wrong;
+    print_head(&o);
+    KellerStatus status = KELLER_OK;
+    KellerError error;
+    AccelBench b;
+    for (int i = 0; i < o.scene_count && status == KELLER_OK; i++)
+        status = measure_all(&o, &b, accel_bench_read(o.scenes[i], RAW, &b, &error), &error);
+    for (int i = 0; i < o.random_count && status == KELLER_OK; i++)
+        status = measure_all(&o, &b, accel_bench_random(o.randoms[i], &b, &error), &error);
+    if (status != KELLER_OK) fprintf(stderr, "keller-bench-accel: %s\n", error.message);
+    return status == KELLER_OK ? 0 : 1;
+}
