@@ -53,6 +53,7 @@ static const Test tests[] = {
     {"contained_triangle8", CONE_TRIANGLE8, false},
     {"meets_triangle8", CONE_LEAF_TRIANGLE8, false},
     {"meets_edge8", CONE_LEAF_EDGE8, false},
+    {"contains_box8", CONE_INSIDE_BOX8, false},
 };
 enum { TESTS = sizeof tests / sizeof *tests };
 
@@ -129,6 +130,8 @@ static volatile double sink;
             EACH(eight, (PREFIX##_contained_triangle8(&c->cone, c->vertices, near, far), near[0]));                    \
         case CONE_LEAF_TRIANGLE8 * 2:                                                                                  \
             EACH(eight, PREFIX##_meets_triangle8(&c->cone, c->vertices, near, far, &contained));                       \
+        case CONE_INSIDE_BOX8 * 2:                                                                                     \
+            EACH(eight, PREFIX##_contains_box8(&c->cone, &c->boxes));                                                  \
         case CONE_LEAF_EDGE8 * 2:                                                                                      \
             EACH(eight, PREFIX##_meets_edge8(&c->cone, c->vertices, near, far, &contained));                           \
         }                                                                                                              \
@@ -210,7 +213,7 @@ static void print_row(const Options *o, const Test *test, const char *decade, co
                       double ns, double ns_scalar)
 {
     char cell[8][32];
-    bool ranged = !test->boolean && (test->kind <= CONE_BOX || test->kind == CONE_BOX8 || test->kind >= CONE_TRIANGLE8);
+    bool ranged = !test->boolean && (test->kind <= CONE_BOX || test->kind == CONE_BOX8 || (test->kind >= CONE_TRIANGLE8 && test->kind <= CONE_LEAF_EDGE8));
     uint64_t negative = test->boolean ? t->yes_missed : t->missed + t->too_short;
     uint64_t positive = test->boolean ? t->yes_false : t->false_positive;
     const char *cases = number(cell[0], !o->time_only, "%.0f", (double)t->cases);

@@ -14,7 +14,9 @@
  *     KellerRange r = keller_cone_triangle(&cone, a, b, c, (KellerRange){0, INFINITY}, &nearest, NULL);
  *     if (r.near <= r.far) ...                                                // met, nowhere nearer than r.near
  *
- * Coordinates are finite and below 1e100 in magnitude. All functions are pure; nothing is allocated. */
+ * Coordinates are finite, below 1e100 in magnitude and, where not 0, above 1e-100; ranges are as tight as stated between
+ * 1e-75 and 1e75. The eight-wide forms ask for size times max(e, tan_alpha) below 1e17. All functions are pure; nothing is
+ * allocated. */
 #ifndef KELLER_CONE_H
 #define KELLER_CONE_H
 #include <stdbool.h>
@@ -94,7 +96,9 @@ KellerCone keller_cone_mirror(const KellerCone *cone, KellerVec3 normal, double 
 void keller_cone_split(const KellerCone *cone, KellerCone child[2]);
 
 /* ---- tests: each returns the range of z over which the frustum, clipped to `clip` and to its own z range, meets the
- * primitive, empty if it does not; the nearest and farthest points where asked (NULL otherwise) ---------------------- */
+ * primitive, empty if it does not; the nearest and farthest points where asked (NULL otherwise). A point lies on the
+ * primitive and inside the clipped cone up to rounding, at the range's end as a rule; where a primitive only touches the
+ * envelope it may be another point of it. Points are not written where the range is empty. ---------------------------- */
 
 /* The plane {p : normal.p = offset}, normal a unit vector. A point at infinity has infinite coordinates. */
 KellerRange keller_cone_plane(const KellerCone *cone, KellerVec3 normal, double offset, KellerRange clip,
@@ -125,7 +129,7 @@ bool keller_cone_contains(const KellerCone *cone, KellerVec3 p);
 bool keller_cone_contains_triangle(const KellerCone *cone, KellerVec3 a, KellerVec3 b, KellerVec3 c);
 bool keller_cone_contains_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 upper);
 
-/* ---- eight at a time, in single precision (cone_lanes.c) -------------------------------------------------------- */
+/* ---- eight at a time, in single precision (cone_lanes.c, cone_leaf.c) -------------------------------------------------------- */
 
 /* A frustum made ready for them, within `clip`. `size` bounds the magnitude of every coordinate (m) of the boxes and
  * vertices that will be tested; the slack is KELLER_CONE_SLACK_FLOAT of it and of the origin's. */

@@ -11,6 +11,7 @@
 #include "accel/kdtree.h"
 #include "base/number.h"
 
+enum { SMALL = 16384 }; /* below, threads cost more to wake than they save */
 enum {
     BINS = 64,
     EXACT = 64,             /* nodes of no more references try all planes */
@@ -390,7 +391,7 @@ KellerStatus kdtree_build(const TreeInput *input, void **tree, Leaves *leaves, K
         return keller_error(error, KELLER_FAILED, "%u primitives are too many for a k-d tree; expected at most %d",
                             input->count, REF_MOST / BUDGET);
     size_t most = (size_t)BUDGET * input->count + 1;
-    Builder b = {.input = input, .threads = input->threads ? input->threads : omp_get_max_threads()};
+    Builder b = {.input = input, .threads = input->threads ? input->threads : input->count < SMALL ? 1 : omp_get_max_threads()};
     b.depth_most = (int)(8 + 1.3 * log2((double)input->count + 1));
     b.refs = malloc(most * sizeof *b.refs);
     Out out = {0};

@@ -9,6 +9,7 @@
 
 #include "accel/sah_split.h"
 
+enum { SMALL = 16384 }; /* below, threads cost more to wake than they save */
 enum {
     FINE = 256,            /* nodes of fewer references get half the bins */
     TASK = 2048,           /* subtrees of fewer references are not worth a task */
@@ -393,7 +394,7 @@ KellerStatus sah_build(uint32_t count, const AccelBox *boxes, SahClip clip, void
     size_t most = (size_t)count + room;
     Builder b = {.used = 1, .options = *options, .clip = clip, .context = context};
     b.options.spatial = room > 0;
-    if (b.options.threads == 0) b.options.threads = omp_get_max_threads();
+    if (b.options.threads == 0) b.options.threads = count < SMALL ? 1 : omp_get_max_threads();
     b.refs = aligned_alloc(64, (most * sizeof *b.refs + 63) / 64 * 64);
     b.nodes = malloc(2 * most * sizeof *b.nodes);
     KellerStatus status = KELLER_OK;

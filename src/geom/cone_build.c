@@ -120,7 +120,7 @@ bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t coun
     }
     /* Rounding of the constructed axes and of the sources: a little wider. */
     cone->tan_alpha = t * (1 + 1e-12) + 1e-12;
-    cone->x0 = x0 > 0 ? x0 * (1 + 1e-12) + cone->e * size * KELLER_CONE_SLACK : 0;
+    cone->x0 = source_count > 1 ? x0 * (1 + 1e-12) + cone->e * size * KELLER_CONE_SLACK : 0;
     /* level with the lowest source only up to rounding: back by as much, so that all sources have z >= 0 */
     double back = source_count > 1 ? size * KELLER_CONE_SLACK : 0;
     cone->origin = v3_madd(middle, cone->directrix, z_low - back);
@@ -235,12 +235,14 @@ void keller_cone_split(const KellerCone *cone, KellerCone child[2])
     KellerCone c = *cone; /* one of the children may be the parent */
     double T = c.tan_alpha, H = sqrt((1 + T * T) * (1 + T * T / 9));
     /* tan gamma / T and tan psi / T, from the tangents of the angles' difference and sum */
-    double g = 4.0 / 3 / (H + 1 - T * T / 3), k = 2.0 / 3 / (H + 1 + T * T / 3);
+    /* H - T^2/3 without its cancellation; unbounded at 90 degrees only */
+    double rest = (1 + 10 * T * T / 9) / (H + T * T / 3), g = 4.0 / 3 / (1 + rest), k = 2.0 / 3 / (H + 1 + T * T / 3);
     double h = 2 / sqrt(3) * sqrt(1.5 * g) / c.e; /* tangent of the half-angle along y, over T */
     double co = 1 / sqrt(1 + k * T * k * T), si = k * T * co;
     bool turned = h > g;
     double ratio = turned ? h : g, e = turned ? h / g : g / h;
-    double error = 16 * 0x1p-53 * e; /* rounding of the axes, in minor slopes */
+    /* rounding of the axes, in minor slopes: an angle, of which the tangent is 1 + T^2 as sensitive */
+    double error = 16 * 0x1p-53 * e * (1 + T * T);
     /* rounding of a moved origin: it goes back by as much, so that z = 0 there is still before all of the half */
     double shift = c.x0 > 0 ? 8 * 0x1p-53 * (size1(c.origin) + c.x0) : 0;
     for (int i = 0; i < 2; i++) {

@@ -20,8 +20,8 @@ static bool narrow(const Line *s, double px, double py, double *t1, double *t2)
 }
 
 /* The part of the line, t in [0, t_max], inside the cone. First the point where F is greatest: if that is outside, its
- * supporting plane separates, parallel to the line, u l = Rl, or where the point is an end, along it; then the roots of eq. 6, each made safe and sharper by the supporting plane there, which is a
- * step of Newton's method on a concave function. With R linear in t the discriminant is |l Ra - a Rl|^2 - |a x l|^2
+ * supporting plane separates. Between the ends that plane is parallel to the line (u.l = Rl). Then the roots of eq. 6, each
+ * made safe and sharper by the supporting plane there, which is a step of Newton's method on a concave function. With R linear in t the discriminant is |l Ra - a Rl|^2 - |a x l|^2
  * (Lagrange's identity): a difference of squares that are themselves free of cancellation. */
 static bool inside(const Line *s, double t_max, double *t1, double *t2)
 {

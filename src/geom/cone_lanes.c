@@ -36,6 +36,7 @@
  * there on what the plane removes costs more to visit than the plane. */
 #define WIDE_TAN 0.08f
 #define WIDE_BASE 4096
+#define FLOOR 1e-9
 
 KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, double size)
 {
@@ -48,7 +49,8 @@ KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, doub
         lanes.axis[i][2] = (float)axis[i].z;
     }
     const double unit = (double)KELLER_CONE_SLACK_FLOAT;
-    double reach = size + greater(fabs(o.x), greater(fabs(o.y), fabs(o.z))), slack = unit * (reach + x0);
+    /* squares below 2^-126 lose bits: nothing counts as smaller than 1e-15 m */
+    double reach = size + greater(fabs(o.x), greater(fabs(o.y), fabs(o.z))) + FLOOR, slack = unit * (reach + x0);
     lanes.x0 = float_up(x0 + 0.7 * unit * ((e + T) * reach + x0));
     lanes.inset = float_up(1.5 * unit * ((e + T) * reach + x0));
     lanes.near = float_down(greater(cone->z_near, clip.near) - slack);

@@ -1,7 +1,7 @@
 /* Eight triangles or edges against one cone, in single precision: what is left decides between few, in double precision.
  *
  * The same two facts as in cone_frame.h: a primitive misses the cone if some linear form L_u = R - u.(x, y), |u| <= 1, is
- * negative at all its corners, and F is greatest on an edge. L_u at a corner is off by (10.4 sqrt(2) + 3 sqrt(2) + 2 sqrt(2))
+ * negative at all its corners, and F is greatest on an edge. L_u at a corner is off by (10.4 sqrt(2) + 3 sqrt(3) + 2 sqrt(3))
  * u e M, a corner's x and y (cone_lanes.c), the two products and sums, and |u| <= 1 + 2u, and R by (10.4 + 3 sqrt(3) + 2.7)
  * u T M + 3u x0: within the 0.7 s ((e + T) M + x0) = 44u (...) that KellerConeLanes' x0 holds. */
 #include "keller/cone.h"
@@ -102,7 +102,7 @@ uint32_t keller_cone_meets_triangle8(const KellerConeLanes *cone, const KellerVe
     f8 left = first_look(cone, k, 3, near, far), in = f8_and(inside(cone, &k[0]), f8_and(inside(cone, &k[1]), inside(cone, &k[2])));
     *contained = (uint32_t)f8_mask(in);
     uint32_t mask = (uint32_t)f8_mask(left);
-    /* one or two are cheaper to leave to the caller's exact test */
+    /* few are cheaper to leave to the caller's exact test */
     if (__builtin_popcount(mask & ~*contained) <= FEW) return mask | *contained;
     for (int i = 0; i < 3 && mask & ~*contained; i++) {
         f8 px, py, rho;

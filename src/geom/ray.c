@@ -44,7 +44,7 @@ static double product_error(double a, double b, double product)
     return al * bl - (((product - ah * bh) - al * bh) - ah * bl);
 }
 
-/* The same with the errors of both products: of the true sign, to two rounding units, and exactly the negative for the
+/* The same with the errors of both products: never of the opposite sign, to two rounding units, and exactly the negative for the
  * edge from q to p. */
 static double edge_exact(Sheared p, Sheared q)
 {

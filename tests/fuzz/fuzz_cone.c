@@ -204,7 +204,8 @@ static void order(double *a, double *b)
 static void draw_primitive(Bytes *b, ConeKind kind, ConeCase *c)
 {
     for (int i = 0; i < 3; i++) c->v[i] = vertex(b, c, i);
-    if (kind == CONE_BOX || kind == CONE_CONTAINS_BOX || kind == CONE_BOX8 || kind == CONE_CORNERS) {
+    if (kind == CONE_BOX || kind == CONE_CONTAINS_BOX || kind == CONE_BOX8 || kind == CONE_CORNERS ||
+        kind == CONE_INSIDE_BOX8) {
         order(&c->v[0].x, &c->v[1].x);
         order(&c->v[0].y, &c->v[1].y);
         order(&c->v[0].z, &c->v[1].z);

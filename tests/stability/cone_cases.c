@@ -262,7 +262,8 @@ static void draw_primitive(Random *r, ConeKind kind, ConeCase *c, double distanc
     bool contained = kind == CONE_CONTAINS_BOX || kind == CONE_CONTAINS_TRIANGLE || kind >= CONE_CORNERS;
     double size = lesser(1e4, greater(1e-4, distance * log_in(r, -2, 2)));
     if (contained && pick(r, 4)) size = greater(1e-9, radius(c, distance * unit(r)) * log_in(r, -2, 0));
-    if (kind == CONE_BOX || kind == CONE_CONTAINS_BOX || kind == CONE_BOX8 || kind == CONE_CORNERS) {
+    if (kind == CONE_BOX || kind == CONE_CONTAINS_BOX || kind == CONE_BOX8 || kind == CONE_CORNERS ||
+        kind == CONE_INSIDE_BOX8) {
         draw_box(r, c, size, distance);
     } else if (c->family == CONE_RANDOM || c->family == CONE_CLIP_VERTEX) {
         random_triangle(r, c, size, distance);

@@ -25,6 +25,7 @@ typedef enum {
     CONE_TRIANGLE8,
     CONE_LEAF_TRIANGLE8,
     CONE_LEAF_EDGE8,
+    CONE_INSIDE_BOX8,
     CONE_KINDS
 } ConeKind;
 

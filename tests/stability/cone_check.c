@@ -22,7 +22,8 @@ const char *const cone_kind_names[CONE_KINDS] = {
     "contains_corners",
     "contained_triangle8",
     "meets_triangle8",
-    "meets_edge8"};
+    "meets_edge8",
+    "contains_box8"};
 
 const ConeTally cone_tally_zero = {.first_wrong = UINT64_MAX};
 
@@ -124,7 +125,7 @@ static ConeTruth truth_of(const ConeOracle *o, ConeKind kind, const ConeCase *c,
         break;
     }
     ConeTruth all = {true, 0, 0}; /* containment */
-    bool box = kind == CONE_CONTAINS_BOX || kind == CONE_CORNERS;
+    bool box = kind == CONE_CONTAINS_BOX || kind == CONE_CORNERS || kind == CONE_INSIDE_BOX8;
     int count = box ? 8 : kind == CONE_CONTAINS || kind == CONE_VERTEX8 ? 1 : 3;
     for (int i = 0; i < count && all.met; i++) all.met = o->contains(k, box ? corner(v, i) : v[i], grow);
     return all;
@@ -247,6 +248,7 @@ static void corners_of(const KellerBox8 *b, int lane, float lower[3], float uppe
             a->mask = prefix##_meets_triangle8(&lanes, c->vertices, a->near, a->far, &a->contained);                   \
         if (kind == CONE_LEAF_EDGE8)                                                                                   \
             a->mask = prefix##_meets_edge8(&lanes, c->vertices, a->near, a->far, &a->contained);                       \
+        if (kind == CONE_INSIDE_BOX8) a->mask = prefix##_contains_box8(&lanes, &c->boxes);                             \
         for (int i = 0; kind == CONE_CORNERS && i < 8; i++) {                                                          \
             float lower[3], upper[3];                                                                                  \
             corners_of(&c->boxes, i, lower, upper);                                                                    \
@@ -261,7 +263,8 @@ static bool lane_of(ConeKind kind, const ConeCase8 *c, int i, ConeCase *one)
 {
     *one = c->one;
     const KellerBox8 *b = &c->boxes;
-    if (kind == CONE_BOX8 || kind == CONE_CORNERS) {
+    if (kind == CONE_BOX8 || kind == CONE_CORNERS ||
+        kind == CONE_INSIDE_BOX8) {
         one->v[0] = v3(b->lower[0][i], b->lower[1][i], b->lower[2][i]);
         one->v[1] = v3(b->upper[0][i], b->upper[1][i], b->upper[2][i]);
         return b->lower[0][i] <= b->upper[0][i];
@@ -300,6 +303,13 @@ static void judge_lane(ConeKind kind, const ConeCase8 *c, const Answer8 *a, int 
     }
     ConeTruth truth =
         quad ? truth_of(&cone_oracle_quad, kind, &one, 0) : truth_of(&cone_oracle_long, kind, &one, CONE_ORACLE_GROW);
+    if (kind == CONE_INSIDE_BOX8) { /* may say no to what is inside, never yes to what is not */
+        bool contained = truth_of(&cone_oracle_quad, kind, &one, 0).met;
+        t->met += contained;
+        t->false_positive += found && !contained;
+        t->disagree += found && !contained;
+        return;
+    }
     bool bound = kind == CONE_BOX8 || kind == CONE_LEAF_TRIANGLE8 || kind == CONE_LEAF_EDGE8;
     if (!quad && truth.met && (!found || (bound && a->near[lane] > truth.near)))
         truth = truth_of(&cone_oracle_quad, kind, &one, 0);
@@ -308,6 +318,7 @@ static void judge_lane(ConeKind kind, const ConeCase8 *c, const Answer8 *a, int 
         t->disagree += !found || !cone_oracle_quad.contains(&one.cone, one.v[j], 0);
     t->missed += truth.met && !found;
     t->too_short += truth.met && found && bound && a->near[lane] > truth.near;
+    t->too_short += truth.met && found && (kind == CONE_LEAF_TRIANGLE8 || kind == CONE_LEAF_EDGE8) && a->far[lane] < truth.far;
     t->met += truth.met;
     t->false_positive += found && !truth.met;
     if (bound && found && truth.met)

@@ -91,6 +91,10 @@ static bool comes_near(KellerVec3 a, KellerVec3 b, double margin, const Fixture 
 {
     const KellerVec3 v[3] = {f->vertices[f->triangles[i][0]], f->vertices[f->triangles[i][1]],
                              f->vertices[f->triangles[i][2]]};
+    /* most lie beside: the segment's line passes the triangle's sphere */
+    KellerVec3 c = v3_scale(v3_add(v[0], v3_add(v[1], v[2])), 1.0 / 3), ab = v3_sub(b, a);
+    double radius = fmax(v3_distance(c, v[0]), fmax(v3_distance(c, v[1]), v3_distance(c, v[2])));
+    if (v3_norm(v3_cross(v3_sub(c, a), ab)) > (radius + margin + 1e-6) * v3_norm(ab)) return false;
     for (int k = 0; k < 3; k++)
         if (segment_distance(v[k], v[(k + 1) % 3], a, b) <= margin) return true;
     if (v3_distance(a, b) == 0) return false;

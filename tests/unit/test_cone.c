@@ -210,6 +210,20 @@ static void constructors_contain(void **state)
     assert_true(built > 10000);
 }
 
+/* Several sources in one place are held as one is. */
+static void fan_of_coincident_sources(void **state)
+{
+    (void)state;
+    Random r = {5};
+    for (int i = 0; i < 2000; i++) {
+        KellerVec3 p = random_point(&r, 1), source[4] = {p, p, p, p}, d = v3_scale(random_unit(&r), 0.01);
+        KellerCone c;
+        assert_true(keller_cone_fan(2 + random_u32(&r) % 3, source, 1, &d, &c, NULL));
+        assert_true(keller_cone_contains(&c, p));
+        assert_true(depth_inside(&c, p) >= 0);
+    }
+}
+
 static void mirror_is_a_mirror(void **state)
 {
     (void)state;
@@ -231,7 +245,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(contains_by_definition), cmocka_unit_test(plane_range),    cmocka_unit_test(edge_range),
         cmocka_unit_test(never_misses),           cmocka_unit_test(ranges_are_tight), cmocka_unit_test(constructors_contain),
-        cmocka_unit_test(mirror_is_a_mirror),
+        cmocka_unit_test(fan_of_coincident_sources), cmocka_unit_test(mirror_is_a_mirror),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -42,6 +42,7 @@ static void children_cover(void **state)
         KellerCone c = keller_cone_round(random_point(&r, i % 4 ? 10 : 1e5), random_unit(&r), 0);
         int kind = i % 5;
         if (kind) c.tan_alpha = tan(kind < 3 ? pow(10, random_in(&r, -9, 0)) : random_in(&r, 0, 80) * DEGREE);
+        if (kind == 4 && i % 3 == 0) c.tan_alpha = pow(10, random_in(&r, 0.5, 5)); /* to 89.9994 degrees */
         if (random_u32(&r) % 2) c.x0 = pow(10, random_in(&r, -6, 3));
         if (random_u32(&r) % 3) c.e = pow(10, random_in(&r, 0, 3));
         if (random_u32(&r) % 2) c.z_near = pow(10, random_in(&r, -3, 3));
