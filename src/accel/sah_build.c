@@ -298,6 +298,15 @@ static void divide(Builder *b, const Range *r, const SahSplit *split, Range chil
     child[1] = (Range){side[1], r->first + left + left_room, right, room - left_room, 0, r->depth + 1};
 }
 
+static void build(Builder *b, Range r);
+
+/* Apart: some compilers start the whole OpenMP run time on entering any function with a directive in it. */
+static __attribute__((noinline)) void spawn(Builder *b, Range r)
+{
+#pragma omp task firstprivate(b, r)
+    build(b, r);
+}
+
 static void build(Builder *b, Range r)
 {
     for (;;) {
@@ -312,12 +321,8 @@ static void build(Builder *b, Range r)
         child[0].node = make_inner(b, r.node, r.bounds.box);
         child[1].node = child[0].node + 1;
         Range right = child[1];
-        if (b->options.threads > 1 && right.count >= TASK) {
-#pragma omp task firstprivate(b, right)
-            build(b, right);
-        } else {
-            build(b, right);
-        }
+        if (b->options.threads > 1 && right.count >= TASK) spawn(b, right);
+        else build(b, right);
         r = child[0];
     }
 }
@@ -365,15 +370,17 @@ static uint32_t copy_out(const Builder *b, uint32_t from, SahTree *tree, int dep
     return id;
 }
 
-static void run(Builder *b, Range root)
+static __attribute__((noinline)) void run_parallel(Builder *b, Range root)
 {
-    if (b->options.threads <= 1) {
-        build(b, root);
-        return;
-    }
 #pragma omp parallel num_threads(b->options.threads)
 #pragma omp single
     build(b, root);
+}
+
+static void run(Builder *b, Range root)
+{
+    if (b->options.threads > 1) run_parallel(b, root);
+    else build(b, root);
 }
 
 SahOptions sah_defaults(void)

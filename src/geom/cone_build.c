@@ -242,7 +242,7 @@ void keller_cone_split(const KellerCone *cone, KellerCone child[2])
     bool turned = h > g;
     double ratio = turned ? h : g, e = turned ? h / g : g / h;
     /* rounding of the axes, in minor slopes: an angle, of which the tangent is 1 + T^2 as sensitive */
-    double error = 16 * 0x1p-53 * e * (1 + T * T);
+    double error = 64 * 0x1p-53 * e * (1 + T * T);
     /* rounding of a moved origin: it goes back by as much, so that z = 0 there is still before all of the half */
     double shift = c.x0 > 0 ? 8 * 0x1p-53 * (size1(c.origin) + c.x0) : 0;
     for (int i = 0; i < 2; i++) {
@@ -262,7 +262,8 @@ void keller_cone_split(const KellerCone *cone, KellerCone child[2])
         q->e = e;
         q->tan_alpha = ratio * T * (1 + 1e-12) + (T > 0 ? error : 0);
         q->x0 = ratio * c.x0 * co * (1 + 1e-12) + e * shift;
-        q->z_near = c.z_near * co * (1 - 1e-12);
+        /* the directrix is rounded, and points lie up to R to the side */
+        q->z_near = greater(0, c.z_near * (co * (1 - 1e-12) - 64 * 0x1p-53 * T) - 64 * 0x1p-53 * c.x0);
         q->z_far = (c.z_far * (co + T * si) + c.x0 * si) * (1 + 1e-12) + 2 * shift;
     }
 }
