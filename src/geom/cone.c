@@ -18,18 +18,6 @@ bool keller_cone_contains_box(const KellerCone *cone, KellerVec3 lower, KellerVe
 
 /* ---- plane ------------------------------------------------------------------------------------------------------ */
 
-/* a b as the sum of two doubles (Dekker 1971): exact unless it overflows or underflows. */
-static double product(double a, double b, double *low)
-{
-    const double split = 0x1p27 + 1;
-    double p = a * b, ah = split * a, bh = split * b;
-    ah -= ah - a;
-    bh -= bh - b;
-    double al = a - ah, bl = b - bh;
-    *low = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
-    return p;
-}
-
 /* offset - normal.origin with the error of one rounding of the result and some 2^-100 of its terms (Ogita, Rump and Oishi
  * 2005, algorithm 5.3): far from the world's origin the plain sum would lose what the local frame is there to keep. */
 static double plane_distance(KellerVec3 normal, double offset, KellerVec3 origin)
@@ -37,7 +25,7 @@ static double plane_distance(KellerVec3 normal, double offset, KellerVec3 origin
     const double n[3] = {normal.x, normal.y, normal.z}, o[3] = {origin.x, origin.y, origin.z};
     double sum = offset, lost = 0;
     for (int k = 0; k < 3; k++) {
-        double low, p = product(-n[k], o[k], &low), s = sum + p, part = s - sum;
+        double p = -n[k] * o[k], low = product_error(-n[k], o[k], p), s = sum + p, part = s - sum;
         lost += low + ((sum - (s - part)) + (p - part));
         sum = s;
     }

@@ -1,11 +1,6 @@
 /* Cone and axis-aligned box (paper, section 3.1.3): four parallel edges in four lanes, three times; the three pairs of faces in
  * three lanes. cone_frame.h says why what comes out is conservative; a linear form's extremes over a box need no corners. */
-#include "geom/cone_frame.h"
-
-#include "base/simd.h"
-
-#define TINY 1e-290
-#define LAMBDA_MAX 1e150
+#include "geom/cone_lanes.h"
 
 typedef struct {
     const KellerCone *cone;
@@ -98,11 +93,6 @@ static inline d4 dual(const Box *b, d4 px, d4 py, d4 rho, d4 lambda, int sign)
         c[k] = d4_sub(d4_set1(b->z[k]), d4_mul(lambda, L));
     }
     return d4_sub(extreme(b, c, -sign), d4_mul(lambda, d4_mul(rho, d4_set1(b->cone->x0 + 2 * b->slack))));
-}
-
-static inline d4 length_of(d4 x, d4 y)
-{
-    return d4_sqrt(d4_add(d4_add(d4_mul(x, x), d4_mul(y, y)), d4_set1(TINY)));
 }
 
 static void take_bounds(Extremes *e, d4 low, d4 high)

@@ -1,20 +1,7 @@
 /* Construction of elliptic conic frusta; the smallest around points is in cone_ellipse.c. */
-#include "keller/cone.h"
+#include "geom/cone_frame.h"
 
 #include <assert.h>
-
-#include "base/number.h"
-
-#define TAN_MAX 5.671281819617709 /* tan 80 degrees */
-
-/* A point in the stretched local frame. */
-static KellerVec3 local(const KellerCone *c, KellerVec3 p)
-{
-    KellerVec3 q = v3_sub(p, c->origin);
-    return v3(v3_dot(q, c->major), v3_dot(q, c->minor) * c->e, v3_dot(q, c->directrix));
-}
-
-static double size1(KellerVec3 p) { return fabs(p.x) + fabs(p.y) + fabs(p.z); }
 
 KellerCone keller_cone_round(KellerVec3 origin, KellerVec3 directrix, double half_angle)
 {
@@ -114,9 +101,9 @@ bool keller_cone_fan(size_t source_count, const KellerVec3 *sources, size_t coun
     }
     if (!(t < TAN_MAX)) return false;
     for (size_t i = 0; i < source_count; i++) {
-        KellerVec3 q = local(cone, sources[i]);
+        KellerVec3 q = cone_rotate(cone, v3_sub(sources[i], cone->origin));
         x0 = greater(x0, sqrt(q.x * q.x + q.y * q.y));
-        size = greater(size, size1(sources[i]));
+        size = greater(size, norm1(sources[i]));
     }
     /* Rounding of the constructed axes and of the sources: a little wider. */
     cone->tan_alpha = t * (1 + 1e-12) + 1e-12;
@@ -174,10 +161,10 @@ bool keller_cone_mirrored(KellerVec3 apex, KellerVec3 normal, double offset, siz
 {
     KellerVec3 image = v3_mirror_point(apex, normal, offset);
     if (!keller_cone_around(image, count, footprint, cone)) return false;
-    double z = INFINITY, size = size1(apex) + size1(image) + fabs(offset);
+    double z = INFINITY, size = norm1(apex) + norm1(image) + fabs(offset);
     for (size_t i = 0; i < count; i++) {
         z = lesser(z, v3_dot(v3_sub(footprint[i], image), cone->directrix));
-        size = greater(size, size1(footprint[i]));
+        size = greater(size, norm1(footprint[i]));
     }
     /* The image is rounded, by less than `error`. Seen from the true image, a ray through the footprint at z turns
      * by up to error / z, in minor slopes counted e times; and the origin is rounded again where it is moved to. */
@@ -199,11 +186,11 @@ bool keller_cone_keller(KellerVec3 a, KellerVec3 b, KellerVec3 source, KellerVec
     KellerVec3 along = v3_unit(v3_sub(b, a)), end[2] = {b, a};
     if (!(v3_norm(along) > 0)) return false;
     /* The angle to the edge falls along it; it is that of the outgoing rays with the edge (Keller's law). */
-    double angle[2], noise = KELLER_CONE_SLACK * (size1(a) + size1(b));
+    double angle[2], noise = KELLER_CONE_SLACK * (norm1(a) + norm1(b));
     for (int i = 0; i < 2; i++) {
         KellerVec3 in = v3_sub(end[i], source);
         double across = v3_norm(v3_cross(along, in));
-        if (!(across > noise + KELLER_CONE_SLACK * size1(source))) return false;
+        if (!(across > noise + KELLER_CONE_SLACK * norm1(source))) return false;
         angle[i] = atan2(across, v3_dot(along, in));
     }
     KellerVec3 hull[4 + ARCS];
@@ -244,7 +231,7 @@ void keller_cone_split(const KellerCone *cone, KellerCone child[2])
     /* rounding of the axes, in minor slopes: an angle, of which the tangent is 1 + T^2 as sensitive */
     double error = 64 * 0x1p-53 * e * (1 + T * T);
     /* rounding of a moved origin: it goes back by as much, so that z = 0 there is still before all of the half */
-    double shift = c.x0 > 0 ? 8 * 0x1p-53 * (size1(c.origin) + c.x0) : 0;
+    double shift = c.x0 > 0 ? 8 * 0x1p-53 * (norm1(c.origin) + c.x0) : 0;
     for (int i = 0; i < 2; i++) {
         double sign = i ? -1 : 1;
         KellerVec3 in_plane = c.major, directrix = c.directrix, minor = c.minor;

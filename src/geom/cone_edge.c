@@ -11,7 +11,7 @@ typedef struct {
  * The line may run to infinity, where L_u is its slope. */
 static bool narrow(const Line *s, double px, double py, double *t1, double *t2)
 {
-    double rho = sqrt(px * px + py * py + 1e-290);
+    double rho = sqrt(px * px + py * py + TINY);
     double at = rho * s->Ra - (px * s->a.x + py * s->a.y), slope = rho * s->Rl - (px * s->l.x + py * s->l.y);
     if (slope > 0) *t1 = greater(*t1, -at / slope);
     else if (slope < 0) *t2 = lesser(*t2, -at / slope);

@@ -11,16 +11,13 @@
  * two points at a time, by exact line searches (Boehning 1986). At most five points have some in the end (John
  * 1948), so a fixed number of places does for any number of points: the farthest of all comes in until none is
  * outside. */
-#include "keller/cone.h"
+#include "geom/cone_frame.h"
 
 #include <assert.h>
-
-#include "base/number.h"
 
 enum { PLACES = 24, DIRECTIONS = 6, TURNS = 60, STEPS = 1000 };
 
 #define COS_MAX 0.17364817766693033 /* cos 80 degrees */
-#define TAN_MAX 5.671281819617709
 #define ACCURACY 1e-5 /* of the squared distance of the farthest point: 1.5e-5 of the area */
 #define CENTRED 1e-5  /* rest: the centre is off n by this fraction of the ellipse: 2e-5 of the area */
 #define RATIO_MAX 1e6 /* of the axes, for points in one plane with the apex */

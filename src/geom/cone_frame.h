@@ -16,6 +16,11 @@
 #include "base/number.h"
 #include "keller/cone.h"
 
+#define TAN_MAX 5.671281819617709 /* tan 80 degrees: the widest cone that a constructor makes */
+/* Added to squared lengths, so that a vector divided by its length is never longer than 1, even where squares underflow. */
+#define TINY 1e-290
+#define LAMBDA_MAX 1e150
+
 static const KellerRange CONE_EMPTY = {INFINITY, -INFINITY};
 
 static inline double norm1(KellerVec3 q) { return fabs(q.x) + fabs(q.y) + fabs(q.z); }

@@ -27,10 +27,7 @@
  * which covers the plane, and accepts no vertex further outside than (0.7 s + 18u) < s of that. Squares stay finite for
  * coordinates up to 1e15 m with e to 2300 and T to 1e4; a distance below 1e-15 m is taken as 1e-15 m, which only
  * shortens u. */
-#include "keller/cone.h"
-
-#include "base/number.h"
-#include "base/simd.h"
+#include "geom/cone_lanes.h"
 
 /* A cone is wide from about 4.5 degrees on, or with a base wider than 1/64 of the scene (a multiple of the slack). From
  * there on what the plane removes costs more to visit than the plane. */
@@ -78,11 +75,6 @@ KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, doub
     return lanes;
 }
 
-static inline f8 dot8(const f8 a[3], const float b[3])
-{
-    return f8_add(f8_add(f8_mul(a[0], f8_set1(b[0])), f8_mul(a[1], f8_set1(b[1]))), f8_mul(a[2], f8_set1(b[2])));
-}
-
 uint32_t keller_cone_meets_box8(const KellerConeLanes *cone, const KellerBox8 *boxes, float *distance)
 {
     const float *D = cone->axis[2];
@@ -107,7 +99,7 @@ uint32_t keller_cone_meets_box8(const KellerConeLanes *cone, const KellerBox8 *b
         }
         f8 x = dot8(c, cone->axis[0]), y = dot8(c, cone->axis[1]), z = dot8(c, D), half = f8_set1(0.5f);
         /* u = (x, y) / rho; everything times rho, to save the division */
-        f8 square = f8_add(f8_mul(x, x), f8_mul(y, y)), rho = f8_sqrt(f8_max(square, f8_set1(1e-30f)));
+        f8 square = f8_add(f8_mul(x, x), f8_mul(y, y)), rho = f8_sqrt(f8_max(square, f8_set1(TINY_FLOAT)));
         f8 slope = f8_mul(rho, f8_set1(cone->tan_alpha));
         for (int k = 0; k < 3; k++) {
             n[k] = f8_add(f8_mul(x, f8_set1(cone->axis[0][k])), f8_mul(y, f8_set1(cone->axis[1][k])));

@@ -4,21 +4,13 @@
  * negative at all its corners, and F is greatest on an edge. L_u at a corner is off by (10.4 sqrt(2) + 3 sqrt(3) + 2 sqrt(3))
  * u e M, a corner's x and y (cone_lanes.c), the two products and sums, and |u| <= 1 + 2u, and R by (10.4 + 3 sqrt(3) + 2.7)
  * u T M + 3u x0: within the 0.7 s ((e + T) M + x0) = 44u (...) that KellerConeLanes' x0 holds. */
-#include "keller/cone.h"
-
-#include "base/simd.h"
+#include "geom/cone_lanes.h"
 
 #define FEW 1
-#define TINY 1e-30f /* as in cone_lanes.c: only shortens u */
 
 typedef struct {
     f8 x, y, z, R;
 } Corner;
-
-static inline f8 dot8(const f8 a[3], const float b[3])
-{
-    return f8_add(f8_add(f8_mul(a[0], f8_set1(b[0])), f8_mul(a[1], f8_set1(b[1]))), f8_mul(a[2], f8_set1(b[2])));
-}
 
 static inline Corner corner(const KellerConeLanes *c, const KellerVertex8 *v)
 {
@@ -57,7 +49,7 @@ static inline void deepest(const Corner *a, const Corner *b, f8 *px, f8 *py, f8 
     f8 turn = f8_or(root, f8_and(side, f8_set1(-0.0f)));
     *px = f8_blend(between, f8_mul(scale, f8_add(f8_mul(Rl, lx), f8_mul(turn, ly))), f8_add(a->x, f8_mul(t, lx)));
     *py = f8_blend(between, f8_mul(scale, f8_sub(f8_mul(Rl, ly), f8_mul(turn, lx))), f8_add(a->y, f8_mul(t, ly)));
-    *rho = f8_sqrt(f8_add(f8_add(f8_mul(*px, *px), f8_mul(*py, *py)), f8_set1(TINY)));
+    *rho = f8_sqrt(f8_add(f8_add(f8_mul(*px, *px), f8_mul(*py, *py)), f8_set1(TINY_FLOAT)));
 }
 
 /* In which lanes are all corners outside one of the supporting planes at u = (+-1, 0), (0, +-1) or between? */

@@ -1,23 +1,12 @@
 /* Cone and triangle (paper, section 3.1.4). The three edges are worked in lanes 0 to 2, the plane of the triangle in lane 3;
  * cone_frame.h says why what comes out is conservative. */
-#include "geom/cone_frame.h"
-
-#include "base/simd.h"
-
-/* Added to squared lengths, so that a vector divided by its length is never longer than 1, even where squares underflow. */
-#define TINY 1e-290
-#define LAMBDA_MAX 1e150
+#include "geom/cone_lanes.h"
 
 typedef struct {
     d4 x[3], y[3], z[3], R[3];     /* [k]: lane i has corner i + k (mod 3); lane 3 is lane 0 */
     d4 slack;
     double low, high, z_slack;     /* z of the lowest and highest corner */
 } Corners;
-
-static inline d4 length_of(d4 x, d4 y)
-{
-    return d4_sqrt(d4_add(d4_add(d4_mul(x, x), d4_mul(y, y)), d4_set1(TINY)));
-}
 
 static inline d4 dot3(d4 x, d4 y, d4 z, KellerVec3 v)
 {

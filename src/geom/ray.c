@@ -36,14 +36,6 @@ static inline Sheared sheared(const KellerRay *ray, KellerVec3 p)
 
 static inline double edge(Sheared p, Sheared q) { return q.x * p.y - q.y * p.x; }
 
-/* a b - product, for product = a b rounded; exact but for underflow (Dekker's product by Veltkamp's halves). */
-static double product_error(double a, double b, double product)
-{
-    double ca = 0x1p27 * a + a, cb = 0x1p27 * b + b;
-    double ah = ca - (ca - a), al = a - ah, bh = cb - (cb - b), bl = b - bh;
-    return al * bl - (((product - ah * bh) - al * bh) - ah * bl);
-}
-
 /* The same with the errors of both products: never of the opposite sign, to two rounding units, and exactly the negative for the
  * edge from q to p. */
 static double edge_exact(Sheared p, Sheared q)
