@@ -69,7 +69,7 @@ static void measure(KellerAccel *a)
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Measured (docs/performance.md): the 8-wide hierarchy wins for every aperture and every scene tried. */
+/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried. */
 static const TreeKind *automatic(void) { return &tree_bvh8; }
 
 static const TreeKind *kind_of(const char *name, KellerError *error)
