@@ -28,9 +28,17 @@ typedef struct {
 } Query;
 
 /* A frustum of no width; z is t. Only what the walk reads of thin cones is set. Boxes are grown by 8 UNIT M (cone_lanes.c asks for 6). */
-static void prepare(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, KellerRange clip, Query *q,
-                    KellerConeLanes *l)
+static void prepare(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, KellerRange clip, KellerAccelWork *work,
+                    Query *q, KellerConeLanes *l)
 {
+    /* one by one: clearing all of both first would cost as much as the rest */
+    q->accel = a;
+    q->clip = clip;
+    q->work = work;
+    q->seen = NULL;
+    q->visit = NULL;
+    q->context = NULL;
+    q->any = q->found = false;
     KellerVec3 from = v3_sub(origin, a->middle);
     const double o[3] = {from.x, from.y, from.z}, d[3] = {direction.x, direction.y, direction.z};
     double most = greater(fabs(d[0]), greater(fabs(d[1]), fabs(d[2])));
@@ -129,9 +137,9 @@ static void walk(Query *q, const KellerConeLanes *lanes)
 bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
                               KellerRayHit *hit, KellerAccelWork *work)
 {
-    Query q = {.accel = accel, .clip = clip, .work = work};
+    Query q;
     KellerConeLanes lanes;
-    prepare(accel, origin, direction, clip, &q, &lanes);
+    prepare(accel, origin, direction, clip, work, &q, &lanes);
     walk(&q, &lanes);
     if (q.found) *hit = q.hit;
     return q.found;
@@ -140,9 +148,10 @@ bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, Kelle
 bool keller_accel_ray_any(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
                           KellerAccelWork *work)
 {
-    Query q = {.accel = accel, .clip = clip, .any = true, .work = work};
+    Query q;
     KellerConeLanes lanes;
-    prepare(accel, origin, direction, clip, &q, &lanes);
+    prepare(accel, origin, direction, clip, work, &q, &lanes);
+    q.any = true;
     walk(&q, &lanes);
     return q.found;
 }
@@ -151,13 +160,15 @@ bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec
                           KellerVisitRay visit, void *context, KellerAccelWork *work)
 {
     Seen seen;
-    Query q = {.accel = accel, .clip = clip, .visit = visit, .context = context, .work = work};
+    Query q;
+    KellerConeLanes lanes;
+    prepare(accel, origin, direction, clip, work, &q, &lanes);
+    q.visit = visit;
+    q.context = context;
     if (accel->repeats) {
         q.seen = &seen;
         seen_start(&seen);
     }
-    KellerConeLanes lanes;
-    prepare(accel, origin, direction, clip, &q, &lanes);
     walk(&q, &lanes);
     if (accel->repeats) seen_end(&seen);
     return q.found;
