@@ -40,7 +40,6 @@ typedef struct {
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
     double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
     int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
-    double half_angle;              /* rad, typical of the cones to come; for auto; 0: thin cones and rays */
 } KellerAccelOptions;
 
 /* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). Free with keller_accel_free. */
@@ -74,6 +73,7 @@ bool keller_accel_ray_any(const KellerAccel *accel, KellerVec3 origin, KellerVec
                           KellerAccelWork *work);
 /* Calls visit(context, hit) for every hit in the range, in no order, each triangle once, until visit returns true. */
 typedef bool (*KellerVisitRay)(void *context, KellerRayHit hit);
+/* True if visit stopped it. */
 bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
                           KellerVisitRay visit, void *context, KellerAccelWork *work);
 /* keller_accel_ray_nearest for `count` rays by `threads` threads (0: as OpenMP likes); hits[i].triangle is KELLER_NONE where

@@ -64,15 +64,10 @@ static void bvh_free(void *tree)
 
 static KellerStatus bvh_build(const TreeInput *input, void **tree, Leaves *leaves, KellerError *error)
 {
-    SahOptions options = sah_defaults();
-    options.cost_ratio = input->cost_ratio;
-    options.spatial = input->spatial > 0;
-    options.budget = input->spatial;
-    options.threads = input->threads;
     SahTree sah;
     *tree = NULL;
     *leaves = (Leaves){0};
-    KellerStatus status = sah_build(input->count, input->boxes, input->clip, input->clip_context, &options, &sah, error);
+    KellerStatus status = binary_tree(input, &sah, error);
     if (status != KELLER_OK) return status;
     status = leaves_of(&sah, leaves, error);
     Bvh *bvh = calloc(1, sizeof *bvh);

@@ -18,7 +18,6 @@ _Static_assert(sizeof(Node) == 256, "a node is four cache lines");
 typedef struct {
     Node *nodes;
     uint32_t node_count;
-    int depth;
 } Tree;
 
 static void tree_free(void *tree)
@@ -41,10 +40,9 @@ static double half_area(const AccelBox *b)
 }
 
 /* Opens the child with the largest surface until there are eight: the box most likely to be entered is the one to skip. */
-static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t *block, int depth)
+static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t *block)
 {
     uint32_t id = t->node_count++, child[8] = {root}, n = 1;
-    if (depth > t->depth) t->depth = depth;
     while (n < 8) {
         int open = -1;
         double most = -1;
@@ -71,7 +69,7 @@ static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t
             node.boxes.lower[k][i] = c ? c->box.lower[k] : 1;
             node.boxes.upper[k][i] = c ? c->box.upper[k] : -1;
         }
-        node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, child[i], t, block, depth + 1);
+        node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, child[i], t, block);
     }
     t->nodes[id] = node;
     return id;
@@ -79,13 +77,8 @@ static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t
 
 static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, KellerError *error)
 {
-    SahOptions options = sah_defaults();
-    options.cost_ratio = in->cost_ratio;
-    options.spatial = in->spatial > 0;
-    options.budget = in->spatial;
-    options.threads = in->threads;
     SahTree binary;
-    KellerStatus status = sah_build(in->count, in->boxes, in->clip, in->clip_context, &options, &binary, error);
+    KellerStatus status = binary_tree(in, &binary, error);
     if (status != KELLER_OK) return status;
     Tree *t = *tree = calloc(1, sizeof *t);
     /* a node has at least two children unless it is the root */
@@ -95,7 +88,7 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
     if (status == KELLER_OK) status = leaves_of(&binary, leaves, error);
     if (status == KELLER_OK && binary.node_count > 0) {
         uint32_t block = 0;
-        collapse(&binary, 0, t, &block, 1);
+        collapse(&binary, 0, t, &block);
         Node *fit = aligned_alloc(64, t->node_count * sizeof(Node));
         if (fit) {
             memcpy(fit, t->nodes, t->node_count * sizeof(Node));

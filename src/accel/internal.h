@@ -55,11 +55,8 @@ typedef struct {
 
 extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;
 
-/* One box in the way of keller_cone_meets_box8: may the frustum meet it, and from which z. */
-bool accel_meets(const KellerConeLanes *lanes, const float lower[3], const float upper[3], float *distance);
-/* Does the frustum surely contain the box? */
-bool accel_contains(const KellerConeLanes *lanes, const float lower[3], const float upper[3]);
-
+/* The binary tree that the hierarchies are made from, leaves no larger than a block. Free with sah_free. */
+KellerStatus binary_tree(const TreeInput *input, SahTree *tree, KellerError *error);
 void leaves_free(Leaves *leaves);
 /* The leaves of a binary tree whose leaves are no larger than eight. */
 KellerStatus leaves_of(const SahTree *tree, Leaves *leaves, KellerError *error);

@@ -137,22 +137,25 @@ static void walk(Query *q, bool edges)
     q->seen = NULL;
 }
 
-void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                       void *context, KellerAccelWork *work)
+static void all(const KellerAccel *accel, bool edges, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                void *context, KellerAccelWork *work)
 {
     Query q = query(accel, cone, clip, ALL, work);
     q.visit = visit;
     q.context = context;
-    walk(&q, false);
+    walk(&q, edges);
+}
+
+void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                       void *context, KellerAccelWork *work)
+{
+    all(accel, false, cone, clip, visit, context, work);
 }
 
 void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                               void *context, KellerAccelWork *work)
 {
-    Query q = query(accel, cone, clip, ALL, work);
-    q.visit = visit;
-    q.context = context;
-    walk(&q, true);
+    all(accel, true, cone, clip, visit, context, work);
 }
 
 bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerConeHit *hit,

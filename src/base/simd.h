@@ -22,10 +22,7 @@ typedef simde__m256d d4;
 static inline d4 d4_set1(double a) { return simde_mm256_set1_pd(a); }
 /* Lanes 0 to 3 from left to right. */
 static inline d4 d4_set(double a, double b, double c, double d) { return simde_mm256_set_pd(d, c, b, a); }
-static inline d4 d4_load(const double *p) { return simde_mm256_loadu_pd(p); }
 static inline void d4_store(double *p, d4 a) { simde_mm256_storeu_pd(p, a); }
-/* Four floats, 16-byte aligned, widened exactly. */
-static inline d4 d4_load_floats(const float *p) { return simde_mm256_cvtps_pd(simde_mm_load_ps(p)); }
 /* Rounded to single precision; 4 floats. */
 static inline void d4_store_floats(float *p, d4 a) { simde_mm_storeu_ps(p, simde_mm256_cvtpd_ps(a)); }
 static inline double d4_first(d4 a) { return simde_mm256_cvtsd_f64(a); }
@@ -45,8 +42,6 @@ static inline d4 d4_le(d4 a, d4 b) { return simde_mm256_cmp_pd(a, b, SIMDE_CMP_L
 static inline d4 d4_and(d4 a, d4 b) { return simde_mm256_and_pd(a, b); }
 static inline d4 d4_or(d4 a, d4 b) { return simde_mm256_or_pd(a, b); }
 static inline d4 d4_xor(d4 a, d4 b) { return simde_mm256_xor_pd(a, b); }
-/* not a, and b */
-static inline d4 d4_andnot(d4 a, d4 b) { return simde_mm256_andnot_pd(a, b); }
 /* mask ? a : b */
 static inline d4 d4_blend(d4 mask, d4 a, d4 b) { return simde_mm256_blendv_pd(b, a, mask); }
 /* Bit i is set where lane i of the comparison is true. */

@@ -1,17 +1,17 @@
-/* One box against a frustum, and the leaves of a binary tree as blocks. */
-#include "accel/box.h"
+/* The binary tree that both hierarchies are made from, and its leaves as blocks. */
+#include "accel/internal.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-bool accel_meets(const KellerConeLanes *lanes, const float lower[3], const float upper[3], float *distance)
+KellerStatus binary_tree(const TreeInput *input, SahTree *tree, KellerError *error)
 {
-    return box_meets(lanes, box_wide(lanes), lower, upper, distance);
-}
-
-bool accel_contains(const KellerConeLanes *lanes, const float lower[3], const float upper[3])
-{
-    return box_contained(lanes, lower, upper);
+    SahOptions options = sah_defaults();
+    options.cost_ratio = input->cost_ratio;
+    options.spatial = input->spatial > 0;
+    options.budget = input->spatial;
+    options.threads = input->threads;
+    return sah_build(input->count, input->boxes, input->clip, input->clip_context, &options, tree, error);
 }
 
 void leaves_free(Leaves *leaves)
