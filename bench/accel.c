@@ -145,8 +145,7 @@ static uint64_t pass(const KellerAccel *accel, const Set *s, int query, bool ray
             break;
         case ANY * 2: hits += keller_accel_cone_any(accel, c, clip, work); break;
         case EVERY * 2:
-            keller_accel_cone(accel, c, clip, count_cone, &hits, work);
-            keller_accel_cone_wedges(accel, c, clip, count_cone, &hits, work);
+            keller_accel_cone(accel, c, clip, count_cone, count_cone, &hits, work);
             break;
         }
     }

@@ -13,14 +13,12 @@ static int by_ends(const void *x, const void *y)
     return (a[1] > b[1]) - (a[1] < b[1]);
 }
 
-/* The triangles' sides, each once. */
-static KellerStatus unique_edges(AccelBench *b, KellerError *error)
+/* Each edge once, whichever way it runs. */
+static void make_unique(AccelBench *b, size_t count)
 {
-    size_t count = 3 * (size_t)b->in.triangle_count, kept = 0;
-    b->edges = malloc((count + 1) * sizeof *b->edges);
-    if (!b->edges) return keller_error_memory(error, count * sizeof *b->edges);
+    size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        uint32_t p = b->in.triangles[i / 3][i % 3], q = b->in.triangles[i / 3][(i + 1) % 3];
+        uint32_t p = b->edges[i][0], q = b->edges[i][1];
         b->edges[i][0] = p < q ? p : q;
         b->edges[i][1] = p < q ? q : p;
     }
@@ -30,6 +28,19 @@ static KellerStatus unique_edges(AccelBench *b, KellerError *error)
             memmove(b->edges[kept++], b->edges[i], sizeof *b->edges);
     b->in.edge_count = (uint32_t)kept;
     b->in.edges = (const uint32_t (*)[2])b->edges;
+}
+
+/* The triangles' sides. */
+static KellerStatus sides(AccelBench *b, KellerError *error)
+{
+    size_t count = 3 * (size_t)b->in.triangle_count;
+    b->edges = malloc((count + 1) * sizeof *b->edges);
+    if (!b->edges) return keller_error_memory(error, count * sizeof *b->edges);
+    for (size_t i = 0; i < count; i++) {
+        b->edges[i][0] = b->in.triangles[i / 3][i % 3];
+        b->edges[i][1] = b->in.triangles[i / 3][(i + 1) % 3];
+    }
+    make_unique(b, count);
     return KELLER_OK;
 }
 
@@ -69,8 +80,9 @@ static KellerStatus from_scene(AccelBench *b, KellerError *error)
     b->edges = malloc((s->wedge_count + 1) * sizeof *b->edges);
     if (!b->edges) return keller_error_memory(error, s->wedge_count * sizeof *b->edges);
     for (size_t i = 0; i < s->wedge_count; i++) memcpy(b->edges[i], s->wedges[i].vertex, sizeof *b->edges);
-    b->in = (KellerAccelInput){(uint32_t)s->triangle_count, (uint32_t)s->wedge_count, s->vertices,
-                               (const uint32_t (*)[3])s->triangles, (const uint32_t (*)[2])b->edges};
+    b->in = (KellerAccelInput){.triangle_count = (uint32_t)s->triangle_count, .vertices = s->vertices,
+                               .triangles = (const uint32_t (*)[3])s->triangles};
+    make_unique(b, s->wedge_count); /* as keller_accel_build has wedges on one edge */
     return KELLER_OK;
 }
 
@@ -92,7 +104,7 @@ KellerStatus accel_bench_read(const char *file, size_t raw, AccelBench *b, Kelle
         b->in.vertices = b->soup.vertices;
         b->in.triangle_count = (uint32_t)b->soup.triangle_count;
         b->in.triangles = (const uint32_t (*)[3])b->soup.triangles;
-        status = unique_edges(b, error);
+        status = sides(b, error);
     } else {
         status = from_scene(b, error);
     }
@@ -119,7 +131,7 @@ KellerStatus accel_bench_random(uint32_t count, AccelBench *b, KellerError *erro
     b->in.vertices = b->vertices;
     b->in.triangle_count = count;
     b->in.triangles = (const uint32_t (*)[3])b->triangles;
-    KellerStatus status = unique_edges(b, error);
+    KellerStatus status = sides(b, error);
     find_box(b);
     return status;
 }

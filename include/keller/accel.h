@@ -47,7 +47,7 @@ KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOp
                               KellerError *error);
 /* The same over a scene's triangles and wedges (edge i is wedge i). The scene must outlive it. */
 KellerStatus keller_accel_build(const char *name, const KellerScene *scene, KellerAccel **accel, KellerError *error);
-/* An accelerator over some of the scene's wedges only and no triangles, for keller_accel_cone_wedges, which reports them by
+/* An accelerator over some of the scene's wedges only and no triangles; keller_accel_cone reports them by
  * their numbers in the scene. `wedges` is copied. */
 KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count, const uint32_t *wedges,
                                        KellerAccel **accel, KellerError *error);
@@ -96,14 +96,12 @@ typedef struct {
 } KellerConeHit;
 
 typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
-/* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip` (keller_cone_triangle), once,
- * nearer boxes first but in no exact order. visit returns the far end of the range still of interest (INFINITY: all), so
- * that a caller who found a wall can shorten the rest of the query. */
+/* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
+ * keller_cone_triangle, and visit_edge for every edge or wedge, with that of keller_cone_edge: each once, nearer boxes first but
+ * in no exact order. Either may be NULL. They return the far end of the range still of interest (INFINITY: all), so that a
+ * caller who found a wall can shorten the rest of the query. */
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                       void *context, KellerAccelWork *work);
-/* The same for the edges or wedges, with the range of keller_cone_edge. */
-void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                              void *context, KellerAccelWork *work);
+                       KellerVisitCone visit_edge, void *context, KellerAccelWork *work);
 /* The triangle with the least (range.near, triangle); false: none is met. */
 bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerConeHit *hit,
                                KellerAccelWork *work);

@@ -138,7 +138,7 @@ typedef struct {
     float axis[3][3];                 /* major, e minor, directrix */
     float tan_alpha, x0, near, far;   /* x0, near, far hold the slack */
     float slack, inset;               /* of z; what R must be less to hold only what is surely inside */
-    float enter[3], enter_rate[3], leave[3], leave_rate[3]; /* slabs that widen with z: cone_lanes.c */
+    float enter[4], enter_rate[4], leave[4], leave_rate[4]; /* slabs that widen with z, an axis a lane: cone_lanes.c */
 } KellerConeLanes;
 KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, double size);
 

@@ -28,21 +28,30 @@ static AccelBox box_of(const KellerAccel *a, const KellerVec3 *v, int count)
     return box;
 }
 
-static void clip_triangle(void *context, uint32_t id, int axis, float lower, float upper, AccelBox *part)
+/* What the clip function below knows of the primitives. */
+typedef struct {
+    const KellerAccel *accel;
+    const uint32_t *alone;          /* edges that are primitives of their own, after the triangles */
+} Parts;
+
+/* A primitive's corners; returns how many. */
+static int corners_of(const Parts *p, uint32_t ref, KellerVec3 v[3])
 {
-    const KellerAccel *a = context;
-    KellerVec3 v[3];
-    triangle_of(a, id, v);
-    for (int j = 0; j < 3; j++) v[j] = v3_sub(v[j], a->middle);
-    sah_clip_triangle(v[0], v[1], v[2], axis, lower, upper, part);
+    const KellerAccel *a = p->accel;
+    if (ref < a->input.triangle_count) triangle_of(a, ref, v);
+    else edge_of(a, p->alone[ref - a->input.triangle_count], v);
+    return ref < a->input.triangle_count ? 3 : 2;
 }
 
-static void clip_edge(void *context, uint32_t id, int axis, float lower, float upper, AccelBox *part)
+/* A triangle's edges lie in the parts of the triangle. */
+static void clip(void *context, uint32_t ref, int axis, float lower, float upper, AccelBox *part)
 {
-    const KellerAccel *a = context;
-    KellerVec3 v[2];
-    edge_of(a, id, v);
-    sah_clip_segment(v3_sub(v[0], a->middle), v3_sub(v[1], a->middle), axis, lower, upper, part);
+    const Parts *p = context;
+    KellerVec3 v[3];
+    int count = corners_of(p, ref, v);
+    for (int j = 0; j < count; j++) v[j] = v3_sub(v[j], p->accel->middle);
+    if (count == 3) sah_clip_triangle(v[0], v[1], v[2], axis, lower, upper, part);
+    else sah_clip_segment(v[0], v[1], axis, lower, upper, part);
 }
 
 /* The middle of what is there, and how far from it things reach. */
@@ -83,37 +92,48 @@ static const TreeKind *kind_of(const char *name, KellerError *error)
 
 /* ---- building ---------------------------------------------------------------------------------------------------- */
 
-static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, bool edges, KellerError *error)
+/* Which edges go with which triangles. */
+static KellerStatus attach(const KellerAccel *a, Attached *attached, KellerError *error)
 {
-    uint32_t count = edges ? a->input.edge_count : a->input.triangle_count;
-    if (count == 0) return KELLER_OK;
-    AccelBox *boxes = malloc(count * sizeof *boxes);
-    if (!boxes) return keller_error_memory(error, count * sizeof *boxes);
-    for (uint32_t i = 0; i < count; i++) {
-        KellerVec3 v[3];
-        if (edges) edge_of(a, i, v);
-        else triangle_of(a, i, v);
-        boxes[i] = box_of(a, v, edges ? 2 : 3);
+    const uint32_t(*edges)[2] = a->input.edges, count = a->input.edge_count;
+    uint32_t(*ends)[2] = NULL;
+    if (a->scene) {
+        ends = malloc(((size_t)count + 1) * sizeof *ends);
+        if (!ends) return keller_error_memory(error, ((size_t)count + 1) * sizeof *ends);
+        for (uint32_t i = 0; i < count; i++) memcpy(ends[i], a->scene->wedges[a->wedge[a->wedge_begin[i]]].vertex, sizeof *ends);
+        edges = (const uint32_t(*)[2])ends;
     }
-    TreeInput in = {.count = count, .boxes = boxes, .clip = edges ? clip_edge : clip_triangle, .clip_context = a,
-                    .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
-                    .threads = o->threads};
-    Leaves leaves = {0};
-    KellerStatus status = a->kind->build(&in, edges ? &a->edge_tree : &a->triangle_tree, &leaves, error);
-    free(boxes);
+    KellerStatus status = attach_edges(a->input.triangle_count, a->input.triangles, count, edges, attached, error);
+    free(ends);
+    return status;
+}
+
+static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerError *error)
+{
+    Attached attached;
+    KellerStatus status = attach(a, &attached, error);
     if (status != KELLER_OK) return status;
-    size_t bytes = leaves.block_count * (edges ? sizeof(EdgeBlock) : sizeof(TriangleBlock));
-    void *blocks = aligned_alloc(64, (bytes + 63) / 64 * 64);
-    if (!blocks) {
-        status = keller_error_memory(error, bytes);
-    } else if (edges) {
-        leaf_edges(a, &leaves, a->edges = blocks);
-        a->edge_blocks = leaves.block_count;
+    uint32_t count = a->input.triangle_count + attached.alone;
+    Parts parts = {a, attached.edges + attached.begin[a->input.triangle_count]};
+    Leaves leaves = {0};
+    AccelBox *boxes = malloc(((size_t)count + 1) * sizeof *boxes);
+    if (boxes) {
+        for (uint32_t i = 0; i < count; i++) {
+            KellerVec3 v[3];
+            int corners = corners_of(&parts, i, v);
+            boxes[i] = box_of(a, v, corners);
+        }
+        TreeInput in = {.count = count, .boxes = boxes, .clip = clip, .clip_context = &parts,
+                        .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
+                        .threads = o->threads};
+        status = count ? a->kind->build(&in, &a->tree, &leaves, error) : KELLER_OK;
+        free(boxes);
     } else {
-        leaf_triangles(a, &leaves, a->triangles = blocks);
-        a->triangle_blocks = leaves.block_count;
+        status = keller_error_memory(error, count * sizeof *boxes);
     }
+    if (status == KELLER_OK) status = leaf_blocks(a, &leaves, &attached, error);
     leaves_free(&leaves);
+    attached_free(&attached);
     return status;
 }
 
@@ -136,8 +156,7 @@ static KellerStatus build(const KellerAccelInput *input, const KellerAccelOption
     a->wedge_begin = begin;
     a->repeats = o->spatial > 0 || kind == &tree_kdtree;
     measure(a);
-    KellerStatus status = plant(a, o, false, error);
-    if (status == KELLER_OK) status = plant(a, o, true, error);
+    KellerStatus status = plant(a, o, error);
     if (status != KELLER_OK) {
         keller_accel_free(a);
         return status;
@@ -212,10 +231,10 @@ KellerStatus keller_accel_build_wedges(const KellerScene *scene, uint32_t count,
 void keller_accel_free(KellerAccel *accel)
 {
     if (!accel) return;
-    accel->kind->free(accel->triangle_tree);
-    accel->kind->free(accel->edge_tree);
+    accel->kind->free(accel->tree);
     free(accel->triangles);
     free(accel->edges);
+    free(accel->edge_begin);
     free(accel->wedge);
     free(accel->wedge_begin);
     free(accel);
@@ -225,9 +244,9 @@ const char *keller_accel_name(const KellerAccel *accel) { return accel->kind->na
 
 size_t keller_accel_bytes(const KellerAccel *a)
 {
-    size_t bytes = sizeof *a + a->kind->bytes(a->triangle_tree) + a->kind->bytes(a->edge_tree) +
-                   a->triangle_blocks * sizeof(TriangleBlock) + a->edge_blocks * sizeof(EdgeBlock);
-    if (!a->scene) return bytes;
-    uint32_t edges = a->input.edge_count;
-    return bytes + (a->wedge_begin[edges] + (size_t)edges + 1) * sizeof(uint32_t);
+    size_t leaves = a->leaf_count, edge_blocks = a->edge_begin[leaves], edges = a->input.edge_count;
+    size_t bytes = sizeof *a + a->kind->bytes(a->tree) + (leaves + 1) * sizeof *a->edge_begin + edge_blocks * sizeof(EdgeBlock);
+    if (a->triangles) bytes += leaves * sizeof(TriangleBlock);
+    if (a->scene) bytes += (a->wedge_begin[edges] + edges + 1) * sizeof(uint32_t);
+    return bytes;
 }

@@ -4,9 +4,7 @@
 #include <math.h>
 #include "accel/internal.h"
 #include "base/simd.h"
-
-/* Wide frusta deserve the supporting plane; the bounds are those of cone_lanes.c. */
-static inline bool box_wide(const KellerConeLanes *c) { return c->tan_alpha > 0.08f || c->x0 > 4096 * c->slack; }
+#include "geom/cone_lanes.h"
 
 static inline float box_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 

@@ -179,7 +179,7 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, bool contai
 {
     const Bvh *bvh = tree;
     if (!bvh || bvh->block_count == 0) return;
-    const Frustum f = {lanes, slabs_of(lanes), box_wide(lanes), contained};
+    const Frustum f = {lanes, slabs_of(lanes), cone_lanes_wide(lanes), contained};
     float far = lanes->far;
     Entry stack[STACK];
     int top = 0;

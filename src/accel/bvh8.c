@@ -3,22 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/internal.h"
+#include "accel/bvh8.h"
 #include "base/number.h"
 
-#define LEAF 0x80000000u
-
-typedef struct {
-    _Alignas(64) KellerBox8 boxes;
-    uint32_t child[8];              /* node, or LEAF | block; unused lanes have empty boxes */
-    uint32_t unused[8];
-} Node;
-_Static_assert(sizeof(Node) == 256, "a node is four cache lines");
-
-typedef struct {
-    Node *nodes;
-    uint32_t node_count;
-} Tree;
+#define LEAF BVH8_LEAF
+typedef Bvh8Node Node;
+typedef Bvh8 Tree;
 
 static void tree_free(void *tree)
 {
@@ -39,37 +29,74 @@ static double half_area(const AccelBox *b)
     return x * y + y * z + z * x;
 }
 
-/* Opens the child with the largest surface until there are eight: the box most likely to be entered is the one to skip. */
-static uint32_t collapse(const SahTree *binary, uint32_t root, Tree *t, uint32_t *block)
+/* The cheapest way to collapse a binary subtree (Ylitie, Karras and Laine 2017, section 3.1), for all numbers of roots at once:
+ * a node costs its area, whatever its number of children. */
+typedef struct {
+    float cost[8];                  /* [i - 1]: of the subtree as at most i trees, i = 1 .. 7 */
+    uint8_t left[9];                /* [i]: as i trees, 2 to 8, so many come from the left; 0: i - 1 trees are no dearer */
+} Plan;
+
+static void plan(const SahTree *binary, Plan *plans)
 {
-    uint32_t id = t->node_count++, child[8] = {root}, n = 1;
-    while (n < 8) {
-        int open = -1;
-        double most = -1;
-        for (uint32_t i = 0; i < n; i++) {
-            const SahNode *c = &binary->nodes[child[i]];
-            double area = c->count ? -1 : half_area(&c->box);
-            if (area > most) {
-                most = area;
-                open = (int)i;
-            }
+    for (uint32_t n = binary->node_count; n-- > 0;) { /* children have greater numbers */
+        const SahNode *node = &binary->nodes[n];
+        Plan *p = &plans[n];
+        *p = (Plan){.cost = {0}};
+        if (node->count) continue; /* leaves are given: they cost nothing more */
+        const float *left = plans[node->left].cost, *right = plans[node->right].cost;
+        float whole = INFINITY, best[9];
+        for (int i = 2; i <= 8; i++) {
+            best[i] = INFINITY;
+            p->left[i] = 1;
+            for (int k = 1; k < i; k++)
+                if (left[k - 1] + right[i - k - 1] < best[i]) {
+                    best[i] = left[k - 1] + right[i - k - 1];
+                    p->left[i] = (uint8_t)k;
+                }
+            whole = best[i];
         }
-        if (open < 0) break;
-        /* in place and in order, so that blocks are numbered from left to right */
-        uint32_t opened = child[open];
-        memmove(&child[open + 2], &child[open + 1], (n - (uint32_t)open - 1) * sizeof *child);
-        child[open] = binary->nodes[opened].left;
-        child[open + 1] = binary->nodes[opened].right;
-        n++;
+        p->cost[0] = whole + (float)half_area(&node->box);
+        for (int i = 2; i <= 7; i++) {
+            p->cost[i - 1] = best[i];
+            if (best[i] < p->cost[i - 2]) continue;
+            p->cost[i - 1] = p->cost[i - 2];
+            p->left[i] = 0;
+        }
+    }
+}
+
+/* The roots of a subtree as at most `most` trees, from left to right, so that blocks are numbered in order. */
+static void roots_of(const SahTree *binary, const Plan *plans, uint32_t n, int most, uint32_t roots[8], uint32_t *count)
+{
+    const SahNode *node = &binary->nodes[n];
+    while (most > 1 && plans[n].left[most] == 0 && !node->count) most--;
+    if (most == 1 || node->count) {
+        roots[(*count)++] = n;
+        return;
+    }
+    int left = plans[n].left[most];
+    roots_of(binary, plans, node->left, left, roots, count);
+    roots_of(binary, plans, node->right, most - left, roots, count);
+}
+
+static uint32_t collapse(const SahTree *binary, const Plan *plans, uint32_t root, Tree *t, uint32_t *block)
+{
+    uint32_t id = t->node_count++, child[8], n = 0;
+    if (binary->nodes[root].count) {
+        child[n++] = root;
+    } else {
+        int left = plans[root].left[8];
+        roots_of(binary, plans, binary->nodes[root].left, left, child, &n);
+        roots_of(binary, plans, binary->nodes[root].right, 8 - left, child, &n);
     }
     Node node = {.unused = {0}};
     for (uint32_t i = 0; i < 8; i++) {
         const SahNode *c = i < n ? &binary->nodes[child[i]] : NULL;
-        for (int k = 0; k < 3; k++) {
-            node.boxes.lower[k][i] = c ? c->box.lower[k] : 1;
-            node.boxes.upper[k][i] = c ? c->box.upper[k] : -1;
+        for (int k = 0; k < 3; k++) { /* unused lanes: begin beyond all, end before */
+            node.boxes.lower[k][i] = c ? c->box.lower[k] : INFINITY;
+            node.boxes.upper[k][i] = c ? c->box.upper[k] : -INFINITY;
         }
-        node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, child[i], t, block);
+        node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, plans, child[i], t, block);
     }
     t->nodes[id] = node;
     return id;
@@ -84,11 +111,13 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
     /* a node has at least two children unless it is the root */
     size_t most = binary.node_count / 2 + 1;
     if (t) t->nodes = aligned_alloc(64, most * sizeof(Node));
-    if (!t || !t->nodes) status = keller_error_memory(error, most * sizeof(Node));
+    Plan *plans = malloc((binary.node_count + 1) * sizeof *plans);
+    if (!t || !t->nodes || !plans) status = keller_error_memory(error, most * sizeof(Node) + binary.node_count * sizeof *plans);
     if (status == KELLER_OK) status = leaves_of(&binary, leaves, error);
     if (status == KELLER_OK && binary.node_count > 0) {
         uint32_t block = 0;
-        collapse(&binary, 0, t, &block);
+        plan(&binary, plans);
+        collapse(&binary, plans, 0, t, &block);
         Node *fit = aligned_alloc(64, t->node_count * sizeof(Node));
         if (fit) {
             memcpy(fit, t->nodes, t->node_count * sizeof(Node));
@@ -96,6 +125,7 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
             t->nodes = fit;
         }
     }
+    free(plans);
     sah_free(&binary);
     if (status == KELLER_OK) return status;
     tree_free(t);
@@ -104,9 +134,6 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
 }
 
 /* ---- walking ----------------------------------------------------------------------------------------------------- */
-
-/* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
-enum { STACK = SAH_DEPTH + 32 + 8 };
 
 typedef struct {
     uint32_t child;
@@ -119,7 +146,7 @@ static void walk(const void *tree, const KellerConeLanes *lanes, bool contained,
 {
     const Tree *t = tree;
     if (!t || t->node_count == 0) return;
-    Waiting stack[7 * STACK + 8], next = {0, -INFINITY, false};
+    Waiting stack[BVH8_STACK], next = {0, -INFINITY, false};
     int top = 0;
     float far = lanes->far; /* lanes stay as they are: a copy would wait for their stores */
     uint64_t tested = 0;

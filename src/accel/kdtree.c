@@ -136,8 +136,8 @@ static void kdtree_walk(const void *tree, const KellerConeLanes *lanes, bool con
     const KdTree *t = tree;
     if (!t || t->block_count == 0) return;
     float begins;
-    if (!box_meets(lanes, box_wide(lanes), t->box.lower, t->box.upper, &begins)) return;
-    *nodes += box_wide(lanes) ? walk_wide(t, lanes, contained, visit, context) : walk_thin(t, lanes, visit, context);
+    if (!box_meets(lanes, cone_lanes_wide(lanes), t->box.lower, t->box.upper, &begins)) return;
+    *nodes += cone_lanes_wide(lanes) ? walk_wide(t, lanes, contained, visit, context) : walk_thin(t, lanes, visit, context);
 }
 
 static void kdtree_free(void *tree)

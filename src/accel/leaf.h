@@ -1,18 +1,21 @@
-/* The accelerator itself, for the queries: two trees and their blocks. */
+/* The accelerator itself, for the queries: a tree, and what its leaves hold. */
 #ifndef KELLER_ACCEL_LEAF_H
 #define KELLER_ACCEL_LEAF_H
+#include "accel/attach.h"
 #include "accel/internal.h"
+#include "base/simd.h"
 
 struct KellerAccel {
     const TreeKind *kind;
     KellerAccelInput input;
     KellerVec3 middle;              /* floats are relative to it */
     double size;                    /* bounds the magnitude of every coordinate relative to it */
-    void *triangle_tree, *edge_tree;
-    TriangleBlock *triangles;
-    EdgeBlock *edges;
-    uint32_t triangle_blocks, edge_blocks;
-    bool repeats;                   /* primitives may be in several blocks */
+    void *tree;                     /* over the triangles, and the edges that are no triangle's side */
+    uint32_t leaf_count;
+    TriangleBlock *triangles;       /* [leaf_count]: leaf i has the block triangles[i]; NULL without triangles */
+    EdgeBlock *edges;               /* leaf i has the blocks edges[edge_begin[i] .. edge_begin[i + 1]) */
+    uint32_t *edge_begin;           /* [leaf_count + 1] */
+    bool repeats;                   /* primitives may be in several leaves */
     /* Over a scene, wedges on one edge are one primitive: edge i stands for the wedges wedge[wedge_begin[i] .. [i + 1]). */
     const KellerScene *scene;       /* NULL: edges are input.edges */
     uint32_t *wedge, *wedge_begin;
@@ -30,16 +33,11 @@ static inline void edge_of(const KellerAccel *a, uint32_t id, KellerVec3 v[2])
 }
 
 /* Lanes in use. */
-static inline uint32_t lanes_used(const uint32_t id[8])
-{
-    uint32_t n = 0;
-    for (int i = 0; i < 8; i++) n += id[i] != KELLER_NONE;
-    return n;
-}
+static inline uint32_t lanes_used(const uint32_t id[8]) { return (uint32_t)(8 - __builtin_popcount((unsigned)i8_equal(id, KELLER_NONE))); }
 
-/* Fills the blocks of the leaves with the primitives' corners, rounded to nearest. */
-void leaf_triangles(const KellerAccel *a, const Leaves *leaves, TriangleBlock *blocks);
-void leaf_edges(const KellerAccel *a, const Leaves *leaves, EdgeBlock *blocks);
+/* Makes the blocks of the leaves, with the primitives' corners rounded to nearest. Primitive i of a leaf is triangle i with
+ * its attached edges or, from the number of triangles on, one of the edges alone. */
+KellerStatus leaf_blocks(KellerAccel *a, const Leaves *leaves, const Attached *attached, KellerError *error);
 
 /* Primitives that a query has reported already: a hash set that starts on the stack. Where it cannot grow for want of memory,
  * a primitive may be reported twice. */

@@ -116,7 +116,7 @@ bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone,
     c.list = malloc(c.most * (sizeof *c.list + sizeof(size_t)));
     if (!c.list) return false;
     size_t *stack = (size_t *)(void *)(c.list + c.most), taken = 0;
-    keller_accel_cone(accel, &whole, (KellerRange){0, clip.far}, collect, &c, work);
+    keller_accel_cone(accel, &whole, (KellerRange){0, clip.far}, collect, NULL, &c, work);
     bool blocked = false;
     if (!c.overflow) {
         qsort(c.list, c.count, sizeof *c.list, by_range);

@@ -2,13 +2,24 @@
  * their vertices, the others go through keller_cone_triangle or keller_cone_edge. */
 #include <omp.h>
 
+#include "accel/bvh8.h"
 #include "accel/leaf.h"
 #include "base/number.h"
+#include "geom/cone_lanes.h"
 
 /* From this half-angle on, boxes wholly inside the cone are common enough to look for (tangent). */
 #define CONTAINED_TAN 0.01
 
-typedef enum { ALL, NEAREST, ANY } Wanted;
+typedef enum { ALL, NEAREST, ANY, WINDOW } Wanted;
+
+/* What a window query has met so far; which of it lies in the window is known at the end. */
+enum { PENDING = 128 };
+typedef struct {
+    KellerConeHit hit[PENDING];
+    bool edge[PENDING];
+    uint32_t count;
+    bool overflow;
+} Pending;
 
 typedef struct {
     const KellerAccel *accel;
@@ -16,40 +27,66 @@ typedef struct {
     KellerConeLanes lanes;
     KellerRange clip, whole;        /* still of interest; of the cone and the query both, which ranges are cut to */
     Wanted wanted;
+    double depth;                   /* WINDOW: of the window behind the nearest triangle */
     Seen *seen;
-    KellerVisitCone visit;
+    KellerVisitCone visit, visit_edge; /* ALL, WINDOW: NULL where not wanted */
     void *context;
-    bool found;
-    KellerConeHit hit;
+    Pending *pending;
+    bool found;                     /* a triangle */
+    KellerConeHit hit;              /* the nearest triangle */
     KellerAccelWork *work;
 } Query;
 
-static inline Query query(const KellerAccel *a, const KellerCone *cone, KellerRange clip, Wanted wanted, KellerAccelWork *work)
+static inline void query(Query *q, const KellerAccel *a, const KellerCone *cone, KellerRange clip, Wanted wanted,
+                         KellerAccelWork *work)
 {
-    KellerCone moved = *cone;
-    moved.origin = v3_sub(cone->origin, a->middle);
-    Query q = {.accel = a, .cone = cone, .wanted = wanted, .hit.primitive = KELLER_NONE, .work = work};
-    q.clip = q.whole = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
-    q.lanes = keller_cone_lanes(&moved, clip, a->size);
-    return q;
+    q->accel = a;
+    q->cone = cone;
+    q->clip = q->whole = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
+    cone_lanes_make(cone, v3_sub(cone->origin, a->middle), clip, a->size, &q->lanes);
+    q->wanted = wanted;
+    q->depth = 0;
+    q->seen = NULL;
+    q->visit = q->visit_edge = NULL;
+    q->context = NULL;
+    q->pending = NULL;
+    q->found = false;
+    q->hit = (KellerConeHit){{INFINITY, INFINITY}, KELLER_NONE};
+    q->work = work;
+}
+
+/* Hands out an edge, or the wedges on it; returns the far end still of interest. */
+static double visit_all_on(const KellerAccel *a, KellerVisitCone visit, void *context, uint32_t edge, KellerRange range)
+{
+    if (!a->scene) return visit(context, edge, range);
+    double far = INFINITY;
+    for (uint32_t i = a->wedge_begin[edge]; i < a->wedge_begin[edge + 1] && far != -INFINITY; i++)
+        far = lesser(far, visit(context, a->wedge[i], range));
+    return far;
 }
 
 /* A primitive that is met; returns the new far end of interest. */
-static double met(Query *q, uint32_t id, bool edge, KellerRange range, double far)
+static double met(Query *q, uint32_t id, bool edge, KellerRange range)
 {
-    q->found = true;
-    if (q->wanted == ALL && edge && q->accel->scene) {
-        for (uint32_t i = q->accel->wedge_begin[id]; i < q->accel->wedge_begin[id + 1]; i++) {
-            far = lesser(far, q->visit(q->context, q->accel->wedge[i], range));
-            if (far == -INFINITY) break;
-        }
-        return far;
+    if (q->wanted == ALL) {
+        double far = edge ? visit_all_on(q->accel, q->visit_edge, q->context, id, range) : q->visit(q->context, id, range);
+        q->found |= !edge;
+        return lesser(q->clip.far, far);
     }
-    if (q->wanted == ALL) return lesser(far, q->visit(q->context, id, range));
-    if (q->hit.primitive == KELLER_NONE || range.near < q->hit.range.near ||
-        (range.near == q->hit.range.near && id < q->hit.primitive))
+    if (q->wanted == WINDOW && (edge || q->visit)) {
+        Pending *p = q->pending;
+        if (p->count < PENDING) {
+            p->hit[p->count] = (KellerConeHit){range, id};
+            p->edge[p->count++] = edge;
+        } else {
+            p->overflow = true;
+        }
+    }
+    if (edge) return q->clip.far;
+    q->found = true;
+    if (range.near < q->hit.range.near || (range.near == q->hit.range.near && id < q->hit.primitive))
         q->hit = (KellerConeHit){range, id};
-    return lesser(far, range.near);
+    return lesser(q->clip.far, range.near + q->depth);
 }
 
 /* The walk's far end: boxes are left out only where all that they hold lies behind clip.far. */
@@ -59,22 +96,36 @@ static float walk_far(const Query *q)
     return (double)far < q->clip.far ? nextafterf(far, INFINITY) : far;
 }
 
+/* Nearer ones first, as they may leave the others behind. */
+static inline int take_nearest(uint32_t *mask, const float *near)
+{
+    int best = __builtin_ctz(*mask);
+    for (uint32_t rest = *mask & (*mask - 1); rest; rest &= rest - 1) {
+        int i = __builtin_ctz(rest);
+        if (near[i] < near[best]) best = i;
+    }
+    *mask &= ~(1u << best);
+    return best;
+}
+
 /* Triangles (count 3) or edges (2) of a block that the single-precision tests left; near and last: the range of their vertices. */
 static inline float finish(Query *q, uint32_t mask, uint32_t contained, const float *near, const float *last,
                            const uint32_t *ids, int count, float far)
 {
     const KellerAccel *a = q->accel;
-    for (; mask; mask &= mask - 1) {
-        int i = __builtin_ctz(mask);
+    while (mask) {
+        int i = take_nearest(&mask, near);
         uint32_t id = ids[i];
-        if (id == KELLER_NONE || (double)near[i] > q->clip.far) continue;
+        if ((double)near[i] > q->clip.far) break;
+        if (id == KELLER_NONE) continue;
         bool inside = contained >> i & 1;
         KellerRange range = {greater((double)near[i], q->whole.near), lesser((double)last[i], q->whole.far)};
         if (inside && q->wanted == ANY) {
             q->found = true;
             return -INFINITY;
         }
-        if (!inside || q->wanted == NEAREST) {
+        /* the nearest, and what begins no farther, are told by their exact ranges */
+        if (!inside || q->wanted != ALL) {
             KellerVec3 v[3];
             if (count == 3) triangle_of(a, id, v);
             else edge_of(a, id, v);
@@ -87,9 +138,9 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
                                : keller_cone_edge(q->cone, v[0], v[1], q->whole, NULL, NULL);
             if (range.near > range.far || range.near > q->clip.far) continue;
         }
-        if (q->seen && seen_before(q->seen, id)) continue;
+        if (q->seen && seen_before(q->seen, count == 3 ? id : id + a->input.triangle_count)) continue;
         double old = q->clip.far;
-        q->clip.far = met(q, id, count == 2, range, old);
+        q->clip.far = met(q, id, count == 2, range);
         if (q->clip.far == old) continue;
         if (q->clip.far == -INFINITY) return -INFINITY;
         far = walk_far(q);
@@ -97,10 +148,8 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
     return far;
 }
 
-static float visit_triangles(void *context, uint32_t b, bool inside, float far)
+static inline float visit_triangles(Query *q, const TriangleBlock *block, bool inside, float far)
 {
-    Query *q = context;
-    const TriangleBlock *block = &q->accel->triangles[b];
     _Alignas(32) float near[8], last[8];
     uint32_t contained = 0xff, mask = 0xff;
     q->work->triangles += lanes_used(block->id);
@@ -110,104 +159,127 @@ static float visit_triangles(void *context, uint32_t b, bool inside, float far)
     return mask ? finish(q, mask, contained, near, last, block->id, 3, far) : far;
 }
 
-static float visit_edges(void *context, uint32_t b, bool inside, float far)
+static inline float visit_edges(Query *q, const EdgeBlock *block, float far)
 {
-    (void)inside; /* an edge is found to be contained at little cost */
-    Query *q = context;
-    const EdgeBlock *block = &q->accel->edges[b];
     _Alignas(32) float near[8], last[8];
     uint32_t contained, mask = keller_cone_meets_edge8(&q->lanes, block->corner, near, last, &contained);
     q->work->edges += lanes_used(block->id);
     return mask ? finish(q, mask, contained, near, last, block->id, 2, far) : far;
 }
 
-static void walk(Query *q, bool edges)
+static float visit_leaf(void *context, uint32_t leaf, bool inside, float far)
+{
+    Query *q = context;
+    const KellerAccel *a = q->accel;
+    if (a->triangles && (q->visit || q->wanted != ALL)) far = visit_triangles(q, &a->triangles[leaf], inside, far);
+    if (!q->visit_edge) return far;
+    for (uint32_t b = a->edge_begin[leaf]; b < a->edge_begin[leaf + 1] && far != -INFINITY; b++)
+        far = visit_edges(q, &a->edges[b], far);
+    return far;
+}
+
+static void walk(Query *q)
 {
     const KellerAccel *a = q->accel;
     Seen seen;
-    bool repeats = a->repeats && q->wanted == ALL, wide = q->cone->tan_alpha > CONTAINED_TAN;
+    if (!(q->clip.near <= q->clip.far)) return;
+    bool repeats = a->repeats && (q->wanted == ALL || q->wanted == WINDOW), wide = q->cone->tan_alpha > CONTAINED_TAN;
     if (repeats) {
         q->seen = &seen;
         seen_start(&seen);
     }
-    if (q->clip.near <= q->clip.far)
-        a->kind->walk(edges ? a->edge_tree : a->triangle_tree, &q->lanes, wide, edges ? visit_edges : visit_triangles, q,
-                      &q->work->nodes);
+    uint64_t *nodes = &q->work->nodes;
+    if (a->kind == &tree_bvh8 && !wide && !cone_lanes_wide(&q->lanes) && bvh8_plain(&q->lanes))
+        bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, nodes);
+    else a->kind->walk(a->tree, &q->lanes, wide, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);
     q->seen = NULL;
 }
 
-static void all(const KellerAccel *accel, bool edges, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                void *context, KellerAccelWork *work)
-{
-    Query q = query(accel, cone, clip, ALL, work);
-    q.visit = visit;
-    q.context = context;
-    walk(&q, edges);
-}
-
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                       void *context, KellerAccelWork *work)
+                       KellerVisitCone visit_edge, void *context, KellerAccelWork *work)
 {
-    all(accel, false, cone, clip, visit, context, work);
-}
-
-void keller_accel_cone_wedges(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                              void *context, KellerAccelWork *work)
-{
-    all(accel, true, cone, clip, visit, context, work);
+    Query q;
+    query(&q, accel, cone, clip, ALL, work);
+    q.visit = visit;
+    q.visit_edge = visit_edge;
+    q.context = context;
+    walk(&q);
 }
 
 bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerConeHit *hit,
                                KellerAccelWork *work)
 {
-    Query q = query(accel, cone, clip, NEAREST, work);
-    walk(&q, false);
+    Query q;
+    query(&q, accel, cone, clip, NEAREST, work);
+    walk(&q);
     if (q.found) *hit = q.hit;
     return q.found;
 }
 
 bool keller_accel_cone_any(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerAccelWork *work)
 {
-    Query q = query(accel, cone, clip, ANY, work);
-    walk(&q, false);
+    Query q;
+    query(&q, accel, cone, clip, ANY, work);
+    walk(&q);
     return q.found;
 }
 
 typedef struct {
-    KellerVisitCone visit;
+    KellerVisitCone visit, visit_edge;
     void *context;
-    double end;
+    double end, stop;               /* of the window; what the visits have left of it */
 } Window;
 
-/* Only where ranges begin decides. */
-static double in_window(void *context, uint32_t primitive, KellerRange range)
+/* Where a range begins decides, not where its box does. */
+static double in_window(Window *w, KellerVisitCone visit, uint32_t primitive, KellerRange range)
+{
+    if (range.near <= lesser(w->end, w->stop)) w->stop = lesser(w->stop, visit(w->context, primitive, range));
+    return w->stop;
+}
+static double triangle_in_window(void *context, uint32_t primitive, KellerRange range)
 {
     Window *w = context;
-    if (range.near > w->end) return INFINITY;
-    return w->visit(w->context, primitive, range);
+    return in_window(w, w->visit, primitive, range);
+}
+static double edge_in_window(void *context, uint32_t primitive, KellerRange range)
+{
+    Window *w = context;
+    return in_window(w, w->visit_edge, primitive, range);
 }
 
 bool keller_accel_cone_window(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, double depth,
                               KellerConeHit *nearest, KellerVisitCone visit, KellerVisitCone visit_edge, void *context,
                               KellerAccelWork *work)
 {
-    Query q = query(accel, cone, clip, NEAREST, work);
-    walk(&q, false);
-    bool found = q.found;
-    if (found) *nearest = q.hit;
-    Window w = {NULL, context, found ? q.hit.range.near + depth : INFINITY};
-    const KellerRange window = {q.whole.near, lesser(q.whole.far, w.end)};
-    q.wanted = ALL;
-    q.visit = in_window;
-    q.context = &w;
-    for (int edges = 0; edges < 2; edges++) {
-        w.visit = edges ? visit_edge : visit;
-        if (!w.visit || (!edges && !found)) continue;
-        q.clip = window;
-        q.lanes.far = walk_far(&q);
-        walk(&q, edges);
+    Query q;
+    Pending pending;
+    query(&q, accel, cone, clip, WINDOW, work);
+    pending.count = 0;
+    pending.overflow = false;
+    q.pending = &pending;
+    q.depth = depth;
+    q.visit = visit;
+    q.visit_edge = visit_edge;
+    walk(&q);
+    if (q.found) *nearest = q.hit;
+    Window w = {visit, visit_edge, context, q.found ? q.hit.range.near + depth : INFINITY, INFINITY};
+    if (!pending.overflow) {
+        for (uint32_t i = 0; i < pending.count; i++) {
+            KellerConeHit h = pending.hit[i];
+            if (pending.edge[i]) visit_all_on(accel, edge_in_window, &w, h.primitive, h.range);
+            else triangle_in_window(&w, h.primitive, h.range);
+        }
+        return q.found;
     }
+    q.wanted = ALL;
+    q.visit = visit && q.found ? triangle_in_window : NULL;
+    q.visit_edge = visit_edge ? edge_in_window : NULL;
+    q.context = &w;
+    q.clip = (KellerRange){q.whole.near, lesser(q.whole.far, w.end)};
+    q.lanes.far = walk_far(&q);
+    bool found = q.found;
+    walk(&q);
     return found;
 }
 

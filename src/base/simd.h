@@ -98,6 +98,13 @@ static inline f8 f8_andnot(f8 a, f8 b) { return simde_mm256_andnot_ps(a, b); }
 static inline f8 f8_blend(f8 mask, f8 a, f8 b) { return simde_mm256_blendv_ps(b, a, mask); }
 static inline int f8_mask(f8 a) { return simde_mm256_movemask_ps(a); }
 
+/* Bit i is set where the unsigned integer p[i] is `value`; 32-byte aligned. */
+static inline int i8_equal(const uint32_t p[8], uint32_t value)
+{
+    simde__m256i all = simde_mm256_load_si256((const simde__m256i *)p);
+    return simde_mm256_movemask_ps(simde_mm256_castsi256_ps(simde_mm256_cmpeq_epi32(all, simde_mm256_set1_epi32((int32_t)value))));
+}
+
 /* ---- four floats, four integers: points and boxes ----------------------------------------------------------------- */
 
 typedef simde__m128 f4;

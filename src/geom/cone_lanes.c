@@ -29,30 +29,29 @@
  * shortens u. */
 #include "geom/cone_lanes.h"
 
-/* A cone is wide from about 4.5 degrees on, or with a base wider than 1/64 of the scene (a multiple of the slack). From
- * there on what the plane removes costs more to visit than the plane. */
-#define WIDE_TAN 0.08f
-#define WIDE_BASE 4096
 #define FLOOR 1e-9
 
-KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, double size)
+void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, double size, KellerConeLanes *lanes)
 {
     const double e = cone->e, T = cone->tan_alpha, x0 = cone->x0;
-    const KellerVec3 o = cone->origin, axis[3] = {cone->major, v3_scale(cone->minor, e), cone->directrix};
-    KellerConeLanes lanes = {.origin = {(float)o.x, (float)o.y, (float)o.z}, .tan_alpha = (float)cone->tan_alpha};
+    const KellerVec3 axis[3] = {cone->major, v3_scale(cone->minor, e), cone->directrix};
+    lanes->origin[0] = (float)o.x;
+    lanes->origin[1] = (float)o.y;
+    lanes->origin[2] = (float)o.z;
+    lanes->tan_alpha = (float)T;
     for (int i = 0; i < 3; i++) {
-        lanes.axis[i][0] = (float)axis[i].x;
-        lanes.axis[i][1] = (float)axis[i].y;
-        lanes.axis[i][2] = (float)axis[i].z;
+        lanes->axis[i][0] = (float)axis[i].x;
+        lanes->axis[i][1] = (float)axis[i].y;
+        lanes->axis[i][2] = (float)axis[i].z;
     }
     const double unit = (double)KELLER_CONE_SLACK_FLOAT;
     /* squares below 2^-126 lose bits: nothing counts as smaller than 1e-15 m */
     double reach = size + greater(fabs(o.x), greater(fabs(o.y), fabs(o.z))) + FLOOR, slack = unit * (reach + x0);
-    lanes.x0 = float_up(x0 + 0.7 * unit * ((e + T) * reach + x0));
-    lanes.inset = float_up(1.5 * unit * ((e + T) * reach + x0));
-    lanes.near = float_down(greater(cone->z_near, clip.near) - slack);
-    lanes.far = float_up(lesser(cone->z_far, clip.far) + slack);
-    lanes.slack = float_up(slack);
+    lanes->x0 = float_up(x0 + 0.7 * unit * ((e + T) * reach + x0));
+    lanes->inset = float_up(1.5 * unit * ((e + T) * reach + x0));
+    lanes->near = float_down(greater(cone->z_near, clip.near) - slack);
+    lanes->far = float_up(lesser(cone->z_far, clip.far) + slack);
+    lanes->slack = float_up(slack);
     /* the slabs of the three axes, in lanes */
     d4 at = d4_set(o.x, o.y, o.z, 0), X = d4_set(axis[0].x, axis[0].y, axis[0].z, 0),
        Y = d4_mul(d4_set(axis[1].x, axis[1].y, axis[1].z, 0), d4_set1(1 / (e * e))),
@@ -61,17 +60,16 @@ KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, doub
     d4 width = d4_mul(sign, d4_add(d4_mul(spread, d4_set1(x0)), d4_set1(slack)));
     d4 opening = d4_mul(spread, d4_set1(T)), in = d4_add(d4_abs(D), opening), out = d4_sub(d4_abs(D), opening);
     out = d4_or(d4_max(d4_abs(out), least), d4_and(minus, out));
-    float lane[4][4];
-    d4_store_floats(lane[0], d4_add(at, width));
-    d4_store_floats(lane[1], d4_sub(at, width));
-    d4_store_floats(lane[2], d4_div(sign, d4_max(in, least)));
-    d4_store_floats(lane[3], d4_div(sign, out));
-    for (int k = 0; k < 3; k++) {
-        lanes.enter[k] = lane[0][k];
-        lanes.leave[k] = lane[1][k];
-        lanes.enter_rate[k] = lane[2][k];
-        lanes.leave_rate[k] = lane[3][k];
-    }
+    d4_store_floats(lanes->enter, d4_add(at, width));
+    d4_store_floats(lanes->leave, d4_sub(at, width));
+    d4_store_floats(lanes->enter_rate, d4_div(sign, d4_max(in, least)));
+    d4_store_floats(lanes->leave_rate, d4_div(sign, out));
+}
+
+KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, double size)
+{
+    KellerConeLanes lanes;
+    cone_lanes_make(cone, cone->origin, clip, size, &lanes);
     return lanes;
 }
 
@@ -90,7 +88,7 @@ uint32_t keller_cone_meets_box8(const KellerConeLanes *cone, const KellerBox8 *b
         else near = f8_max(near, out); /* the cone opens wider than it leans: this side bounds from below too */
     }
     f8 ok = f8_le(f8_load(boxes->lower[0]), f8_load(boxes->upper[0]));
-    if (cone->tan_alpha > WIDE_TAN || cone->x0 > WIDE_BASE * cone->slack) {
+    if (cone_lanes_wide(cone)) {
         f8 c[3], h[3], n[3]; /* centre and half extents, doubled, as all lengths here */
         for (int k = 0; k < 3; k++) {
             f8 lower = f8_load(boxes->lower[k]), upper = f8_load(boxes->upper[k]);

@@ -6,6 +6,13 @@
 
 #define TINY_FLOAT 1e-30f /* TINY for single precision: nothing is taken to be shorter than 1e-15 m */
 
+/* keller_cone_lanes with the origin at `origin`, in place. */
+void cone_lanes_make(const KellerCone *cone, KellerVec3 origin, KellerRange clip, double size, KellerConeLanes *lanes);
+
+/* A cone is wide from about 4.5 degrees on, or with a base wider than 1/64 of the scene (a multiple of the slack). From
+ * there on what the plane removes costs more to visit than the plane. */
+static inline bool cone_lanes_wide(const KellerConeLanes *c) { return c->tan_alpha > 0.08f || c->x0 > 4096 * c->slack; }
+
 /* |(x, y)| */
 static inline d4 length_of(d4 x, d4 y)
 {

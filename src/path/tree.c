@@ -393,10 +393,10 @@ static void process(Search *s, const Beam *beam)
     q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));
     bool targets_only = l->targets && at.length + 1u == l->target_length && !use.face;
     KellerRange clip = {q.start_near, INFINITY};
-    if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, &q, &s->work.accel);
+    if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, NULL, &q, &s->work.accel);
     clip.far = q.far;
     if (use.wedge && !q.too_much && !s->failed)
-        keller_accel_cone_wedges(targets_only ? l->targets : l->accel, &q.cone, clip, visit_wedge, &q, &s->work.accel);
+        keller_accel_cone(targets_only ? l->targets : l->accel, &q.cone, clip, NULL, visit_wedge, &q, &s->work.accel);
     if (q.too_much) {
         split(s, beam);
     } else {

@@ -131,10 +131,10 @@ static void same_as_naive(void **state)
             KellerRange clip = {q % 2 ? random_in(&r, 0, 4) : 0, q % 3 == 1 ? random_in(&r, 4, 20) : INFINITY};
             memset(seen->seen, 0, sizeof seen->seen);
             memset(wedges->seen, 0, sizeof wedges->seen);
-            keller_accel_cone(accel, &cone, clip, see, seen, &work);
+            keller_accel_cone(accel, &cone, clip, see, NULL, seen, &work);
             work_total += work.triangles;
             naive_total += f->scene.triangle_count;
-            keller_accel_cone_wedges(accel, &cone, clip, see, wedges, &work);
+            keller_accel_cone(accel, &cone, clip, NULL, see, wedges, &work);
             for (uint32_t i = 0; i < f->scene.triangle_count; i++) {
                 const uint32_t *t = f->triangles[i];
                 KellerRange a = keller_cone_triangle(&cone, f->vertices[t[0]], f->vertices[t[1]], f->vertices[t[2]], clip,
@@ -194,7 +194,7 @@ static void nearest_by_shortening(void **state)
             KellerAccelWork work = {0};
             KellerCone cone = keller_cone_round(random_point(&r, 12), random_unit(&r), random_in(&r, 0, 0.5));
             double nearest = INFINITY, expected = INFINITY;
-            keller_accel_cone(accel, &cone, (KellerRange){0, INFINITY}, far_limit, &nearest, &work);
+            keller_accel_cone(accel, &cone, (KellerRange){0, INFINITY}, far_limit, NULL, &nearest, &work);
             for (uint32_t i = 0; i < f->scene.triangle_count; i++) {
                 const uint32_t *t = f->triangles[i];
                 KellerRange a = keller_cone_triangle(&cone, f->vertices[t[0]], f->vertices[t[1]], f->vertices[t[2]],

@@ -211,8 +211,8 @@ static uint64_t check_cone(const Model *m, const KellerAccel *accel, const Kelle
     KellerAccelWork work = {0};
     KellerConeHit best = {{INFINITY, -INFINITY}, KELLER_NONE}, hit;
     seen_clear(seen, m, 0);
-    keller_accel_cone(accel, c, clip, see_triangle, seen, &work);
-    keller_accel_cone_wedges(accel, c, clip, see_edge, seen, &work);
+    keller_accel_cone(accel, c, clip, see_triangle, NULL, seen, &work);
+    keller_accel_cone(accel, c, clip, NULL, see_edge, seen, &work);
     for (uint32_t i = 0; i < m->in.edge_count; i++) seen->naive[1][i] = naive_edge(m, c, i, clip);
     for (uint32_t i = 0; i < m->in.triangle_count; i++) {
         KellerRange r = seen->naive[0][i] = naive_triangle(m, c, i, clip);
@@ -297,7 +297,7 @@ static void shortened(void **state)
             KellerCone c = model_cone(&m, q, &r);
             double end = INFINITY;
             seen_clear(&seen, &m, 0);
-            keller_accel_cone(accel, &c, (KellerRange){0, INFINITY}, shorten, &seen, &work);
+            keller_accel_cone(accel, &c, (KellerRange){0, INFINITY}, shorten, NULL, &seen, &work);
             for (uint32_t i = 0; i < m.in.triangle_count; i++)
                 if (seen.seen[0][i]) end = lesser(end, seen.range[0][i].near + 1);
             for (uint32_t i = 0; i < m.in.triangle_count; i++) {

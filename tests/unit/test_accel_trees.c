@@ -251,7 +251,7 @@ static void one_box(void **state)
                 lower[k] = boxes.lower[k][i];
                 upper[k] = boxes.upper[k][i];
             }
-            bool yes = box_meets(&lanes, box_wide(&lanes), lower, upper, &z);
+            bool yes = box_meets(&lanes, cone_lanes_wide(&lanes), lower, upper, &z);
             assert_int_equal(yes, mask >> i & 1);
             if (yes) assert_true(z == distance[i]);
             met += yes;

@@ -322,7 +322,7 @@ static void never_later_in(const char *name, uint64_t seed)
         hits++;
         KellerCone cone = keller_cone_round(o, d, figure_4_degrees[2] * M_PI / 180);
         double nearest = INFINITY;
-        keller_accel_cone(accel, &cone, (KellerRange){0, length}, visit_cone, &nearest, &work);
+        keller_accel_cone(accel, &cone, (KellerRange){0, length}, visit_cone, NULL, &nearest, &work);
         if (!(nearest <= ray.nearest))
             fail_msg("%s, ray %d: cone at %.17g, ray at %.17g", name, n, nearest, ray.nearest);
     }

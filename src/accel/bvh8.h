@@ -1,0 +1,105 @@
+/* The 8-wide hierarchy's nodes, and its walk as a pattern: a query that cares includes it with its own visitor, so that the
+ * compiler makes one loop of both. */
+#ifndef KELLER_ACCEL_BVH8_H
+#define KELLER_ACCEL_BVH8_H
+#include "accel/internal.h"
+#include "base/simd.h"
+
+#define BVH8_LEAF 0x80000000u
+
+typedef struct {
+    _Alignas(64) KellerBox8 boxes;
+    uint32_t child[8];              /* node, or BVH8_LEAF | leaf; unused lanes have boxes from +infinity to -infinity */
+    uint32_t unused[8];
+} Bvh8Node;
+_Static_assert(sizeof(Bvh8Node) == 256, "a node is four cache lines");
+
+typedef struct {
+    Bvh8Node *nodes;
+    uint32_t node_count;
+} Bvh8;
+
+/* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
+enum { BVH8_STACK = 7 * (SAH_DEPTH + 32 + 8) + 8 };
+
+/* Along no axis does the frustum open wider than it leans: each side of a box bounds z from one side only. */
+static inline bool bvh8_plain(const KellerConeLanes *c)
+{
+    bool plain = true;
+    for (int k = 0; k < 3; k++) plain &= (c->enter_rate[k] < 0) == (c->leave_rate[k] < 0);
+    return plain;
+}
+
+/* TreeKind's walk of thin, plain frusta and rays: reads the slabs, near and far of `lanes` alone. Calls
+ * visit(context, leaf, false, far), nearer leaves first where they are told apart at no cost. */
+static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tree, const KellerConeLanes *lanes,
+                                                                 LeafVisit visit, void *context, uint64_t *nodes)
+{
+    if (!tree || tree->node_count == 0) return;
+    struct {
+        uint32_t child;
+        float z;
+    } stack[BVH8_STACK];
+    int first[3], top = 0; /* rows of a node: lower sides 0 to 2, upper ones 3 to 5 */
+    f8 enter[3], leave[3], enter_rate[3], leave_rate[3], near = f8_set1(lanes->near);
+    for (int k = 0; k < 3; k++) {
+        first[k] = lanes->enter_rate[k] < 0 ? 8 * (k + 3) : 8 * k;
+        enter[k] = f8_set1(lanes->enter[k]);
+        leave[k] = f8_set1(lanes->leave[k]);
+        enter_rate[k] = f8_set1(lanes->enter_rate[k]);
+        leave_rate[k] = f8_set1(lanes->leave_rate[k]);
+    }
+    float far = lanes->far;
+    uint64_t tested = 0;
+    uint32_t next = 0;
+    for (;;) {
+        while (!(next & BVH8_LEAF)) {
+            const Bvh8Node *node = &tree->nodes[next];
+            const float *side = node->boxes.lower[0];
+            f8 in = near, out = f8_set1(far);
+            for (int k = 0; k < 3; k++) {
+                in = f8_max(in, f8_mul(f8_sub(f8_load(side + first[k]), enter[k]), enter_rate[k]));
+                out = f8_min(out, f8_mul(f8_sub(f8_load(side + (8 * (2 * k + 3) - first[k])), leave[k]), leave_rate[k]));
+            }
+            tested++;
+            uint32_t hit = (uint32_t)f8_mask(f8_le(in, out));
+            if (hit == 0) goto pop;
+            uint32_t i = (uint32_t)__builtin_ctz(hit);
+            next = node->child[i];
+            hit &= hit - 1;
+            if (hit == 0) continue;
+            /* the nearest goes on; the others wait, sorted by insertion, the farthest below */
+            _Alignas(32) float z[8];
+            f8_store(z, in);
+            float next_z = z[i];
+            int bottom = top;
+            do {
+                i = (uint32_t)__builtin_ctz(hit);
+                uint32_t child = node->child[i];
+                float at = z[i];
+                if (at < next_z) {
+                    uint32_t c = next;
+                    float t = next_z;
+                    next = child, next_z = at;
+                    child = c, at = t;
+                }
+                int j = top++;
+                for (; j > bottom && stack[j - 1].z < at; j--) stack[j] = stack[j - 1];
+                stack[j].child = child;
+                stack[j].z = at;
+                hit &= hit - 1;
+            } while (hit);
+        }
+        far = visit(context, next & ~BVH8_LEAF, false, far);
+        if (far == -INFINITY) break;
+    pop:
+        do {
+            if (top == 0) goto done;
+            top--;
+        } while (stack[top].z > far);
+        next = stack[top].child;
+    }
+done:
+    *nodes += tested;
+}
+#endif
