@@ -52,6 +52,7 @@ static const Test tests[] = {
     {"contains_corners", CONE_CORNERS, false},
     {"contained_triangle8", CONE_TRIANGLE8, false},
     {"meets_triangle8", CONE_LEAF_TRIANGLE8, false},
+    {"pierces_triangle8", CONE_PIERCED_TRIANGLE8, false},
     {"meets_edge8", CONE_LEAF_EDGE8, false},
     {"contains_box8", CONE_INSIDE_BOX8, false},
 };
@@ -88,7 +89,7 @@ static volatile double sink;
 #define DEFINE_PASS(name, PREFIX)                                                                                      \
     static double name(const Test *test, const Set *s)                                                                 \
     {                                                                                                                  \
-        _Alignas(32) float near[8], far[8];                                                                            \
+        _Alignas(32) float near[8], far[8], at[8];                                                                        \
         uint32_t contained;                                                                                            \
         struct timespec start, end;                                                                                    \
         double sum = 0;                                                                                                \
@@ -130,6 +131,8 @@ static volatile double sink;
             EACH(eight, (PREFIX##_contained_triangle8(&c->cone, c->vertices, near, far), near[0]));                    \
         case CONE_LEAF_TRIANGLE8 * 2:                                                                                  \
             EACH(eight, PREFIX##_meets_triangle8(&c->cone, c->vertices, near, far, &contained));                       \
+        case CONE_PIERCED_TRIANGLE8 * 2:                                                                               \
+            EACH(eight, PREFIX##_pierces_triangle8(&c->cone, c->vertices, near, far, &contained, at));                 \
         case CONE_INSIDE_BOX8 * 2:                                                                                     \
             EACH(eight, PREFIX##_contains_box8(&c->cone, &c->boxes));                                                  \
         case CONE_LEAF_EDGE8 * 2:                                                                                      \

@@ -138,6 +138,7 @@ typedef struct {
     float axis[3][3];                 /* major, e minor, directrix */
     float tan_alpha, x0, near, far;   /* x0, near, far hold the slack */
     float slack, inset;               /* of z; what R must be less to hold only what is surely inside */
+    float frame_error;                /* of x and of e y, and of a cross product per unit of its factors */
     float enter[4], enter_rate[4], leave[4], leave_rate[4]; /* slabs that widen with z, an axis a lane: cone_lanes.c */
 } KellerConeLanes;
 KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, double size);
@@ -168,7 +169,12 @@ void keller_cone_contained_triangle8(const KellerConeLanes *cone, const KellerVe
  * (32-byte aligned): z of the triangle's nearest and farthest vertex, widened by the slack. Leaves of a hierarchy. */
 uint32_t keller_cone_meets_triangle8(const KellerConeLanes *cone, const KellerVertex8 vertices[3], float *near, float *far,
                                      uint32_t *contained);
-/* The same for eight edges. */
+/* The same, faster and made for thin cones: it leaves some triangles that pass by a corner. *pierced: the directrix surely
+ * passes through triangle i within the frustum, at[i] or before (at is 32-byte aligned, and written only where the result is
+ * not 0). */
+uint32_t keller_cone_pierces_triangle8(const KellerConeLanes *cone, const KellerVertex8 vertices[3], float *near, float *far,
+                                       uint32_t *pierced, float *at);
+/* keller_cone_meets_triangle8 for eight edges. */
 uint32_t keller_cone_meets_edge8(const KellerConeLanes *cone, const KellerVertex8 ends[2], float *near, float *far,
                                  uint32_t *contained);
 #endif

@@ -5,6 +5,9 @@
 #include "accel/leaf.h"
 #include "base/number.h"
 
+/* Times the size: from farther away single precision loses too much. */
+#define FAR 2
+
 static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8};
 
 /* ---- what the trees are built from ------------------------------------------------------------------------------- */
@@ -54,10 +57,14 @@ static void clip(void *context, uint32_t ref, int axis, float lower, float upper
     else sah_clip_segment(v[0], v[1], axis, lower, upper, part);
 }
 
-/* The middle of what is there, and how far from it things reach. */
+static bool single(double a) { return (double)(float)a == a; }
+
+/* The middle of what is there, and how far from it things reach. Where the triangles' coordinates are of single precision and the
+ * world's origin is not far from them, that is as good a middle, and the blocks then hold the vertices as they are. */
 static void measure(KellerAccel *a)
 {
     double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    bool exact[2] = {true, true};
     for (int edges = 0; edges < 2; edges++)
         for (uint32_t i = 0; i < (edges ? a->input.edge_count : a->input.triangle_count); i++) {
             KellerVec3 v[3];
@@ -65,6 +72,7 @@ static void measure(KellerAccel *a)
             else triangle_of(a, i, v);
             for (int j = 0; j < (edges ? 2 : 3); j++) {
                 const double p[3] = {v[j].x, v[j].y, v[j].z};
+                exact[edges] = exact[edges] && single(p[0]) && single(p[1]) && single(p[2]);
                 for (int k = 0; k < 3; k++) {
                     lo[k] = lesser(lo[k], p[k]);
                     hi[k] = greater(hi[k], p[k]);
@@ -72,8 +80,17 @@ static void measure(KellerAccel *a)
             }
         }
     if (!(lo[0] <= hi[0])) return;
-    a->middle = v3(0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2]));
-    for (int k = 0; k < 3; k++) a->size = greater(a->size, 0.5 * (hi[k] - lo[k]) * (1 + 0x1p-20));
+    const double middle[3] = {0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2])};
+    double size = 0, about_0 = 0;
+    for (int k = 0; k < 3; k++) {
+        size = greater(size, 0.5 * (hi[k] - lo[k]) * (1 + 0x1p-20));
+        about_0 = greater(about_0, greater(fabs(lo[k]), fabs(hi[k])));
+    }
+    bool near_0 = exact[0] && about_0 <= FAR * size;
+    a->exact_triangles = near_0;
+    a->exact_edges = near_0 && exact[1];
+    a->size = near_0 ? about_0 : size;
+    if (!near_0) a->middle = v3(middle[0], middle[1], middle[2]);
 }
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */

@@ -16,6 +16,7 @@ struct KellerAccel {
     EdgeBlock *edges;               /* leaf i has the blocks edges[edge_begin[i] .. edge_begin[i + 1]) */
     uint32_t *edge_begin;           /* [leaf_count + 1] */
     bool repeats;                   /* primitives may be in several leaves */
+    bool exact_triangles, exact_edges; /* the corners in the blocks are the vertices themselves: middle is 0 */
     /* Over a scene, wedges on one edge are one primitive: edge i stands for the wedges wedge[wedge_begin[i] .. [i + 1]). */
     const KellerScene *scene;       /* NULL: edges are input.edges */
     uint32_t *wedge, *wedge_begin;
@@ -30,6 +31,26 @@ static inline void edge_of(const KellerAccel *a, uint32_t id, KellerVec3 v[2])
 {
     const uint32_t *ends = a->scene ? a->scene->wedges[a->wedge[a->wedge_begin[id]]].vertex : a->input.edges[id];
     for (int j = 0; j < 2; j++) v[j] = a->input.vertices[ends[j]];
+}
+
+/* The same of lane i of a block: where files hold single precision, as most do, nothing else need be fetched. */
+static inline void triangle_in(const KellerAccel *a, const TriangleBlock *block, int i, KellerVec3 v[3])
+{
+    if (!a->exact_triangles) {
+        triangle_of(a, block->id[i], v);
+        return;
+    }
+    for (int j = 0; j < 3; j++)
+        v[j] = v3((double)block->corner[j].p[0][i], (double)block->corner[j].p[1][i], (double)block->corner[j].p[2][i]);
+}
+static inline void edge_in(const KellerAccel *a, const EdgeBlock *block, int i, KellerVec3 v[2])
+{
+    if (!a->exact_edges) {
+        edge_of(a, block->id[i], v);
+        return;
+    }
+    for (int j = 0; j < 2; j++)
+        v[j] = v3((double)block->corner[j].p[0][i], (double)block->corner[j].p[1][i], (double)block->corner[j].p[2][i]);
 }
 
 /* Lanes in use. */

@@ -25,6 +25,7 @@ typedef struct {
     const KellerAccel *accel;
     const KellerCone *cone;
     KellerConeLanes lanes;
+    bool thin;
     KellerRange clip, whole;        /* still of interest; of the cone and the query both, which ranges are cut to */
     Wanted wanted;
     double depth;                   /* WINDOW: of the window behind the nearest triangle */
@@ -44,6 +45,7 @@ static inline void query(Query *q, const KellerAccel *a, const KellerCone *cone,
     q->cone = cone;
     q->clip = q->whole = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
     cone_lanes_make(cone, v3_sub(cone->origin, a->middle), clip, a->size, &q->lanes);
+    q->thin = !cone_lanes_wide(&q->lanes);
     q->wanted = wanted;
     q->depth = 0;
     q->seen = NULL;
@@ -109,10 +111,13 @@ static inline int take_nearest(uint32_t *mask, const float *near)
 }
 
 /* Triangles (count 3) or edges (2) of a block that the single-precision tests left; near and last: the range of their vertices. */
-static inline float finish(Query *q, uint32_t mask, uint32_t contained, const float *near, const float *last,
-                           const uint32_t *ids, int count, float far)
+static inline __attribute__((always_inline)) float finish(Query *q, uint32_t mask, uint32_t contained, const float *near,
+                                                          const float *last, const void *block, int count, float far)
 {
     const KellerAccel *a = q->accel;
+    const TriangleBlock *triangles = block;
+    const EdgeBlock *edges = block;
+    const uint32_t *ids = count == 3 ? triangles->id : edges->id;
     while (mask) {
         int i = take_nearest(&mask, near);
         uint32_t id = ids[i];
@@ -127,8 +132,8 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
         /* the nearest, and what begins no farther, are told by their exact ranges */
         if (!inside || q->wanted != ALL) {
             KellerVec3 v[3];
-            if (count == 3) triangle_of(a, id, v);
-            else edge_of(a, id, v);
+            if (count == 3) triangle_in(a, triangles, i, v);
+            else edge_in(a, edges, i, v);
             if (q->wanted == ANY) {
                 if (!keller_cone_meets_triangle(q->cone, v[0], v[1], v[2], q->clip)) continue;
                 q->found = true;
@@ -150,13 +155,27 @@ static inline float finish(Query *q, uint32_t mask, uint32_t contained, const fl
 
 static inline float visit_triangles(Query *q, const TriangleBlock *block, bool inside, float far)
 {
-    _Alignas(32) float near[8], last[8];
-    uint32_t contained = 0xff, mask = 0xff;
+    _Alignas(32) float near[8], last[8], at[8];
+    uint32_t contained = 0xff, pierced, mask = 0xff;
     q->work->triangles += lanes_used(block->id);
-    /* split primitives reach out of their part's box */
-    if (inside && !q->accel->repeats) keller_cone_contained_triangle8(&q->lanes, block->corner, near, last);
-    else mask = keller_cone_meets_triangle8(&q->lanes, block->corner, near, last, &contained);
-    return mask ? finish(q, mask, contained, near, last, block->id, 3, far) : far;
+    if (q->thin) {
+        mask = keller_cone_pierces_triangle8(&q->lanes, block->corner, near, last, &pierced, at);
+        contained = 0;
+        if (pierced && q->wanted == ANY) {
+            q->found = true;
+            return -INFINITY;
+        }
+        if (q->wanted != ALL && pierced) {
+            double old = q->clip.far;
+            for (; pierced; pierced &= pierced - 1) q->clip.far = lesser(q->clip.far, (double)at[__builtin_ctz(pierced)] + q->depth);
+            if (q->clip.far < old) far = walk_far(q);
+        }
+    } else if (inside && !q->accel->repeats) { /* split primitives reach out of their part's box */
+        keller_cone_contained_triangle8(&q->lanes, block->corner, near, last);
+    } else {
+        mask = keller_cone_meets_triangle8(&q->lanes, block->corner, near, last, &contained);
+    }
+    return mask ? finish(q, mask, contained, near, last, block, 3, far) : far;
 }
 
 static inline float visit_edges(Query *q, const EdgeBlock *block, float far)
@@ -164,7 +183,7 @@ static inline float visit_edges(Query *q, const EdgeBlock *block, float far)
     _Alignas(32) float near[8], last[8];
     uint32_t contained, mask = keller_cone_meets_edge8(&q->lanes, block->corner, near, last, &contained);
     q->work->edges += lanes_used(block->id);
-    return mask ? finish(q, mask, contained, near, last, block->id, 2, far) : far;
+    return mask ? finish(q, mask, contained, near, last, block, 2, far) : far;
 }
 
 static float visit_leaf(void *context, uint32_t leaf, bool inside, float far)
@@ -189,7 +208,7 @@ static void walk(Query *q)
         seen_start(&seen);
     }
     uint64_t *nodes = &q->work->nodes;
-    if (a->kind == &tree_bvh8 && !wide && !cone_lanes_wide(&q->lanes) && bvh8_plain(&q->lanes))
+    if (a->kind == &tree_bvh8 && !wide && q->thin && bvh8_plain(&q->lanes))
         bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, nodes);
     else a->kind->walk(a->tree, &q->lanes, wide, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);

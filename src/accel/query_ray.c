@@ -30,7 +30,7 @@ typedef struct {
     float near, inner_near, inner_far; /* clip: near rounded down; near and far rounded inwards */
     uint32_t count;                 /* of triangles that may be hit, at t = low or later */
     struct {
-        uint32_t id;
+        uint32_t leaf, lane;
         float low;
     } candidate[CANDIDATES];
     bool found;
@@ -128,11 +128,13 @@ static float decide(Query *q, bool any, float far)
     KellerRay exact = keller_ray(q->origin, q->direction);
     for (uint32_t i = 0; i < q->count; i++) {
         if (q->candidate[i].low > far) continue;
+        const TriangleBlock *block = &q->accel->triangles[q->candidate[i].leaf];
+        int lane = (int)q->candidate[i].lane;
         KellerVec3 v[3];
-        KellerRayHit hit = {.triangle = q->candidate[i].id};
+        KellerRayHit hit = {.triangle = block->id[lane]};
         KellerRange clip = q->clip;
         if (q->found) clip.far = q->hit.t;
-        triangle_of(q->accel, hit.triangle, v);
+        triangle_in(q->accel, block, lane, v);
         if (!keller_ray_triangle(&exact, v[0], v[1], v[2], clip, &hit.t, NULL)) continue;
         if (!q->found || hit.t < q->hit.t || hit.triangle < q->hit.triangle) q->hit = hit;
         q->found = true;
@@ -164,8 +166,8 @@ static inline __attribute__((always_inline)) float visit_first(Query *q, uint32_
         if (block->id[i] == KELLER_NONE || low[i] > far) continue;
         if (q->count == CANDIDATES) far = decide(q, any, far);
         if (any && q->found) return -INFINITY;
-        __builtin_prefetch(&q->accel->input.triangles[block->id[i]]);
-        q->candidate[q->count].id = block->id[i];
+        q->candidate[q->count].leaf = leaf;
+        q->candidate[q->count].lane = (uint32_t)i;
         q->candidate[q->count++].low = low[i];
     }
     return far;
@@ -195,9 +197,10 @@ static float visit_all(void *context, uint32_t leaf, bool inside, float far)
     KellerRay exact = keller_ray(q->origin, q->direction);
     for (; mask; mask &= mask - 1) {
         KellerVec3 v[3];
-        KellerRayHit hit = {.triangle = block->id[__builtin_ctz(mask)]};
+        int lane = __builtin_ctz(mask);
+        KellerRayHit hit = {.triangle = block->id[lane]};
         if (hit.triangle == KELLER_NONE) continue;
-        triangle_of(q->accel, hit.triangle, v);
+        triangle_in(q->accel, block, lane, v);
         if (!keller_ray_triangle(&exact, v[0], v[1], v[2], q->clip, &hit.t, NULL)) continue;
         if (q->seen && seen_before(q->seen, hit.triangle)) continue;
         q->found = q->visit(q->context, hit);

@@ -20,12 +20,7 @@ static inline float float_up(double a)
     return f;
 }
 static inline float float_down(double a) { return -float_up(-a); }
-/* a b - product, for product = a b rounded: exact unless it over- or underflows (Dekker 1971). */
-static inline double product_error(double a, double b, double product)
-{
-    double ca = 0x1p27 * a + a, cb = 0x1p27 * b + b;
-    double ah = ca - (ca - a), al = a - ah, bh = cb - (cb - b), bl = b - bh;
-    return al * bl - (((product - ah * bh) - al * bh) - ah * bl);
-}
+/* a b - product, for product = a b rounded: exact unless it over- or underflows. */
+static inline double product_error(double a, double b, double product) { return fma(a, b, -product); }
 static inline double length2(double x, double y) { return sqrt(x * x + y * y); }
 #endif

@@ -29,6 +29,7 @@
  * shortens u. */
 #include "geom/cone_lanes.h"
 
+#define THIN_TAN 0.01
 #define FLOOR 1e-9
 
 void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, double size, KellerConeLanes *lanes)
@@ -49,6 +50,7 @@ void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, dou
     double reach = size + greater(fabs(o.x), greater(fabs(o.y), fabs(o.z))) + FLOOR, slack = unit * (reach + x0);
     lanes->x0 = float_up(x0 + 0.7 * unit * ((e + T) * reach + x0));
     lanes->inset = float_up(1.5 * unit * ((e + T) * reach + x0));
+    lanes->frame_error = (float)(16 * 0x1p-24 * (e * reach + x0));
     lanes->near = float_down(greater(cone->z_near, clip.near) - slack);
     lanes->far = float_up(lesser(cone->z_far, clip.far) + slack);
     lanes->slack = float_up(slack);
@@ -56,7 +58,9 @@ void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, dou
     d4 at = d4_set(o.x, o.y, o.z, 0), X = d4_set(axis[0].x, axis[0].y, axis[0].z, 0),
        Y = d4_mul(d4_set(axis[1].x, axis[1].y, axis[1].z, 0), d4_set1(1 / (e * e))),
        D = d4_set(axis[2].x, axis[2].y, axis[2].z, 1), minus = d4_set1(-0.0), least = d4_set1(0x1p-26);
-    d4 sign = d4_or(d4_set1(1), d4_and(minus, D)), spread = d4_sqrt(d4_add(d4_mul(X, X), d4_mul(Y, Y)));
+    d4 sign = d4_or(d4_set1(1), d4_and(minus, D)), spread = d4_set1(1);
+    /* s_k is at most 1, and of thin cones without a base not worth the root */
+    if (T > THIN_TAN || x0 > 0) spread = d4_sqrt(d4_add(d4_mul(X, X), d4_mul(Y, Y)));
     d4 width = d4_mul(sign, d4_add(d4_mul(spread, d4_set1(x0)), d4_set1(slack)));
     d4 opening = d4_mul(spread, d4_set1(T)), in = d4_add(d4_abs(D), opening), out = d4_sub(d4_abs(D), opening);
     out = d4_or(d4_max(d4_abs(out), least), d4_and(minus, out));

@@ -31,6 +31,7 @@ extern __typeof__(keller_cone_contains_vertex8) keller_scalar_cone_contains_vert
 extern __typeof__(keller_cone_contains_corners) keller_scalar_cone_contains_corners;
 extern __typeof__(keller_cone_contained_triangle8) keller_scalar_cone_contained_triangle8;
 extern __typeof__(keller_cone_meets_triangle8) keller_scalar_cone_meets_triangle8;
+extern __typeof__(keller_cone_pierces_triangle8) keller_scalar_cone_pierces_triangle8;
 extern __typeof__(keller_cone_meets_edge8) keller_scalar_cone_meets_edge8;
 extern __typeof__(keller_cone_contains_box8) keller_scalar_cone_contains_box8;
 #endif

@@ -22,6 +22,7 @@ const char *const cone_kind_names[CONE_KINDS] = {
     "contains_corners",
     "contained_triangle8",
     "meets_triangle8",
+    "pierces_triangle8",
     "meets_edge8",
     "contains_box8"};
 
@@ -117,6 +118,7 @@ static ConeTruth truth_of(const ConeOracle *o, ConeKind kind, const ConeCase *c,
         return o->edge(k, v[0], v[1], c->clip, grow);
     case CONE_TRIANGLE:
     case CONE_LEAF_TRIANGLE8:
+    case CONE_PIERCED_TRIANGLE8:
         return o->triangle(k, v[0], v[1], v[2], c->clip, grow);
     case CONE_BOX:
     case CONE_BOX8:
@@ -225,6 +227,7 @@ typedef struct {
     uint32_t mask, contained;
     _Alignas(32) float near[8];
     _Alignas(32) float far[8];
+    _Alignas(32) float at[8];
 } Answer8;
 
 static void corners_of(const KellerBox8 *b, int lane, float lower[3], float upper[3])
@@ -246,6 +249,8 @@ static void corners_of(const KellerBox8 *b, int lane, float lower[3], float uppe
         if (kind == CONE_TRIANGLE8) prefix##_contained_triangle8(&lanes, c->vertices, a->near, a->far);                \
         if (kind == CONE_LEAF_TRIANGLE8)                                                                               \
             a->mask = prefix##_meets_triangle8(&lanes, c->vertices, a->near, a->far, &a->contained);                   \
+        if (kind == CONE_PIERCED_TRIANGLE8)                                                                            \
+            a->mask = prefix##_pierces_triangle8(&lanes, c->vertices, a->near, a->far, &a->contained, a->at);          \
         if (kind == CONE_LEAF_EDGE8)                                                                                   \
             a->mask = prefix##_meets_edge8(&lanes, c->vertices, a->near, a->far, &a->contained);                       \
         if (kind == CONE_INSIDE_BOX8) a->mask = prefix##_contains_box8(&lanes, &c->boxes);                             \
@@ -310,15 +315,21 @@ static void judge_lane(ConeKind kind, const ConeCase8 *c, const Answer8 *a, int 
         t->disagree += found && !contained;
         return;
     }
-    bool bound = kind == CONE_BOX8 || kind == CONE_LEAF_TRIANGLE8 || kind == CONE_LEAF_EDGE8;
+    bool leaf = kind == CONE_LEAF_TRIANGLE8 || kind == CONE_PIERCED_TRIANGLE8 || kind == CONE_LEAF_EDGE8;
+    bool bound = kind == CONE_BOX8 || leaf;
     if (!quad && truth.met && (!found || (bound && a->near[lane] > truth.near)))
         truth = truth_of(&cone_oracle_quad, kind, &one, 0);
+    bool pierced = kind == CONE_PIERCED_TRIANGLE8 && a->contained >> lane & 1;
+    if (pierced) {
+        ConeTruth exact = truth_of(&cone_oracle_quad, kind, &one, 0);
+        t->disagree += !found || !exact.met || exact.near > a->at[lane];
+    }
     /* what is said to be contained is, with all its corners */
-    for (int j = 0; a->contained >> lane & 1 && j < (kind == CONE_LEAF_EDGE8 ? 2 : 3); j++)
+    for (int j = 0; !pierced && a->contained >> lane & 1 && j < (kind == CONE_LEAF_EDGE8 ? 2 : 3); j++)
         t->disagree += !found || !cone_oracle_quad.contains(&one.cone, one.v[j], 0);
     t->missed += truth.met && !found;
     t->too_short += truth.met && found && bound && a->near[lane] > truth.near;
-    t->too_short += truth.met && found && (kind == CONE_LEAF_TRIANGLE8 || kind == CONE_LEAF_EDGE8) && a->far[lane] < truth.far;
+    t->too_short += truth.met && found && leaf && a->far[lane] < truth.far;
     t->met += truth.met;
     t->false_positive += found && !truth.met;
     if (bound && found && truth.met)
