@@ -34,12 +34,26 @@ typedef struct {
     const uint32_t (*edges)[2];     /* the edges of interest (a scene's wedges), indices into vertices; a primitive each */
 } KellerAccelInput;
 
-/* How. All zero is a good default. */
+/* By what the children of a node are put in order, nearest first (Emre et al. 2025, section 4.1). It changes the time of a nearest
+ * hit, never an answer. */
+typedef enum {
+    KELLER_ORDER_SLABS,             /* where the frustum's bounds on the box begin: known from the test, and conservative */
+    KELLER_ORDER_EXACT,             /* the nearest point of box and cone (keller_cone_box) */
+    KELLER_ORDER_DIRECTRIX,         /* where the directrix enters the box, or comes nearest to do so */
+    KELLER_ORDER_MIDPOINT           /* the box's middle, projected on the directrix */
+} KellerAccelOrder;
+
+/* How. All zero is a good default. The last three concern cones on bvh and bvh8: what was measured best is the default, the
+ * others are there to be measured against (docs/performance.md). */
 typedef struct {
     const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8" */
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
     double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
     int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
+    KellerAccelOrder order;
+    int contained;                  /* look for boxes that a cone contains, to pass by all tests below them (section 4.2): 0: for
+                                       cones wide enough, 1: always, -1: never */
+    bool leaf_boxes;                /* before a leaf, the accurate test of its box (section 4.3) */
 } KellerAccelOptions;
 
 /* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). Free with keller_accel_free. */

@@ -171,6 +171,8 @@ static KellerStatus build(const KellerAccelInput *input, const KellerAccelOption
     a->scene = scene;
     a->wedge = wedge;
     a->wedge_begin = begin;
+    a->how = (WalkHow){.leaf_boxes = o->leaf_boxes, .order = o->order};
+    a->contained = o->contained;
     a->repeats = o->spatial > 0 || kind == &tree_kdtree;
     measure(a);
     KellerStatus status = plant(a, o, error);

@@ -72,6 +72,38 @@ static inline float box_begins(const KellerConeLanes *c, const float lower[3], c
     return low;
 }
 
+static inline KellerVec3 box_corner(const float p[3]) { return v3((double)p[0], (double)p[1], (double)p[2]); }
+
+/* What orders a box among its siblings; slabs: where the frustum's bounds on it begin. */
+static inline float box_key(const KellerConeLanes *c, const WalkHow *how, const float lower[3], const float upper[3],
+                            float slabs)
+{
+    const float *D = c->axis[2];
+    float key = -INFINITY;
+    switch (how->order) {
+    case KELLER_ORDER_EXACT:
+        return (float)keller_cone_box(how->cone, box_corner(lower), box_corner(upper), (KellerRange){0, INFINITY}, NULL, NULL).near;
+    case KELLER_ORDER_DIRECTRIX:
+        for (int k = 0; k < 3; k++) {
+            float in = ((D[k] < 0 ? upper[k] : lower[k]) - c->origin[k]) / D[k];
+            key = in > key ? in : key; /* parallel to the sides: infinite or not a number, and then no bound */
+        }
+        return key < INFINITY ? key : slabs;
+    case KELLER_ORDER_MIDPOINT:
+        key = 0;
+        for (int k = 0; k < 3; k++) key += D[k] * (0.5f * (lower[k] + upper[k]) - c->origin[k]);
+        return key;
+    default:
+        return slabs;
+    }
+}
+
+/* The accurate test, for a leaf's box. */
+static inline bool box_meets_exactly(const WalkHow *how, const float lower[3], const float upper[3])
+{
+    return keller_cone_meets_box(how->cone, box_corner(lower), box_corner(upper), (KellerRange){0, INFINITY});
+}
+
 static inline f8 box_form(const f8 q[3], const float a[3])
 {
     return f8_add(f8_add(f8_mul(q[0], f8_set1(a[0])), f8_mul(q[1], f8_set1(a[1]))), f8_mul(q[2], f8_set1(a[2])));

@@ -137,8 +137,9 @@ static inline AccelBox box_of(const Node *node, int i)
 
 typedef struct {
     const KellerConeLanes *lanes;
+    const WalkHow *how;
     Slabs slabs;
-    bool wide, contained;
+    bool wide, plain;        /* plain: nothing but the slabs is asked */
 } Frustum;
 
 /* Which children are met before `far`, from where on, and whether wholly inside. */
@@ -153,7 +154,7 @@ static inline void test_children(const Frustum *f, const Node *node, const Entry
             met[i] = bounds[i] <= -bounds[2 + i] && bounds[i] <= far;
             child[i].distance = bounds[i];
         }
-        if (!f->wide && !f->contained) return;
+        if (f->plain) return;
     }
     for (int i = 0; i < 2; i++) {
         AccelBox box = box_of(node, i);
@@ -170,23 +171,38 @@ static inline void test_children(const Frustum *f, const Node *node, const Entry
             child[i].distance = near;
         }
         met[i] = met[i] && child[i].distance <= far;
-        child[i].inside = met[i] && f->contained && box_contained(f->lanes, box.lower, box.upper);
+        child[i].inside = met[i] && f->how->contained && box_contained(f->lanes, box.lower, box.upper);
+        if (met[i] && !child[i].inside && child[i].child & LEAF && f->how->leaf_boxes)
+            met[i] = box_meets_exactly(f->how, box.lower, box.upper);
     }
 }
 
-static void bvh_walk(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
+/* Is the second of two children that are met to be visited first? */
+static inline bool turned(const Frustum *f, const Node *node, const Entry child[2])
+{
+    if (f->how->order == KELLER_ORDER_SLABS) return child[1].distance < child[0].distance;
+    float key[2];
+    for (int i = 0; i < 2; i++) {
+        AccelBox box = box_of(node, i);
+        key[i] = box_key(f->lanes, f->how, box.lower, box.upper, child[i].distance);
+    }
+    return key[1] < key[0];
+}
+
+static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
                      uint64_t *nodes)
 {
     const Bvh *bvh = tree;
     if (!bvh || bvh->block_count == 0) return;
-    const Frustum f = {lanes, slabs_of(lanes), cone_lanes_wide(lanes), contained};
+    bool wide = cone_lanes_wide(lanes);
+    const Frustum f = {lanes, how, slabs_of(lanes), wide, !wide && !how->contained && !how->leaf_boxes};
     float far = lanes->far;
     Entry stack[STACK];
     int top = 0;
     Entry at = {bvh->node_count ? 0 : (uint32_t)LEAF, 0, bvh->block_count, 0, false};
     uint64_t tested = 1;
     bool met = box_meets(lanes, f.wide, bvh->box.lower, bvh->box.upper, &at.distance);
-    at.inside = met && contained && box_contained(lanes, bvh->box.lower, bvh->box.upper);
+    at.inside = met && how->contained && box_contained(lanes, bvh->box.lower, bvh->box.upper);
     while (met) {
         if (at.child & LEAF || (at.inside && at.end - at.first <= FEW)) {
             for (uint32_t b = at.first; b < at.end && at.distance <= far; b++) far = visit(context, b, at.inside, far);
@@ -196,7 +212,7 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, bool contai
             tested++;
             test_children(&f, &bvh->nodes[at.child], &at, far, child, in);
             if (in[0] || in[1]) {
-                bool second = !in[0] || (in[1] && child[1].distance < child[0].distance);
+                bool second = !in[0] || (in[1] && turned(&f, &bvh->nodes[at.child], child));
                 assert(top < STACK);
                 if (in[0] && in[1]) stack[top++] = child[!second];
                 at = child[second];

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/box.h"
 #include "accel/bvh8.h"
 #include "base/number.h"
 
@@ -137,16 +138,24 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
 
 typedef struct {
     uint32_t child;
-    float z;
+    float z, key;                   /* nothing of it is before z; orders it among its siblings */
     bool inside;
 } Waiting;
 
-static void walk(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
+static void lane_of(const KellerBox8 *boxes, uint32_t i, float lower[3], float upper[3])
+{
+    for (int k = 0; k < 3; k++) {
+        lower[k] = boxes->lower[k][i];
+        upper[k] = boxes->upper[k][i];
+    }
+}
+
+static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
                  uint64_t *nodes)
 {
     const Tree *t = tree;
     if (!t || t->node_count == 0) return;
-    Waiting stack[BVH8_STACK], next = {0, -INFINITY, false};
+    Waiting stack[BVH8_STACK], next = {0, -INFINITY, 0, false};
     int top = 0;
     float far = lanes->far; /* lanes stay as they are: a copy would wait for their stores */
     uint64_t tested = 0;
@@ -160,15 +169,20 @@ static void walk(const void *tree, const KellerConeLanes *lanes, bool contained,
             tested++;
             uint32_t hit = keller_cone_meets_box8(lanes, &node->boxes, z), in = 0;
             if (next.inside) in = hit;
-            else if (contained && hit) in = keller_cone_contains_box8(lanes, &node->boxes) & hit;
+            else if (how->contained && hit) in = keller_cone_contains_box8(lanes, &node->boxes) & hit;
             /* nearest on top: insertion sort, farthest first */
             int first = top;
             for (; hit; hit &= hit - 1) {
                 uint32_t i = (uint32_t)__builtin_ctz(hit);
                 if (z[i] > far) continue;
+                Waiting child = {node->child[i], z[i], z[i], in >> i & 1};
+                float lower[3], upper[3];
+                lane_of(&node->boxes, i, lower, upper);
+                if (how->leaf_boxes && child.child & LEAF && !child.inside && !box_meets_exactly(how, lower, upper)) continue;
+                child.key = box_key(lanes, how, lower, upper, z[i]);
                 int j = top++;
-                for (; j > first && stack[j - 1].z < z[i]; j--) stack[j] = stack[j - 1];
-                stack[j] = (Waiting){node->child[i], z[i], in >> i & 1};
+                for (; j > first && stack[j - 1].key < child.key; j--) stack[j] = stack[j - 1];
+                stack[j] = child;
             }
         }
         do {

@@ -39,6 +39,15 @@ typedef struct {
     int threads;
 } TreeInput;
 
+/* How to walk; all zero but for `contained` is best. */
+typedef struct {
+    bool contained;                 /* look for boxes that the frustum surely contains, and pass by all tests below them (paper,
+                                       section 4.2) */
+    bool leaf_boxes;                /* keller_cone_meets_box before a leaf */
+    KellerAccelOrder order;
+    const KellerCone *cone;         /* relative to the middle; for leaf_boxes and KELLER_ORDER_EXACT */
+} WalkHow;
+
 typedef struct {
     const char *name;
     double cost_ratio;              /* measured default */
@@ -47,9 +56,8 @@ typedef struct {
     void (*free)(void *tree);
     size_t (*bytes)(const void *tree);
     /* Calls visit for every block whose box the frustum may meet before `far`, nearer ones first but in no exact order.
-     * `contained`: look for boxes that the frustum surely contains, and pass by all tests below them (paper, section 4.2).
      * Adds the nodes tested to *nodes. A block is visited once; a primitive as often as it has blocks. */
-    void (*walk)(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
+    void (*walk)(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
                  uint64_t *nodes);
 } TreeKind;
 

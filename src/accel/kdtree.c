@@ -130,14 +130,14 @@ static uint64_t walk_wide(const KdTree *tree, const KellerConeLanes *lanes, bool
 }
 
 /* What is contained in the frustum is a cell, and primitives reach out of it: `inside` is never said to the visitor. */
-static void kdtree_walk(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
+static void kdtree_walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
                         uint64_t *nodes)
 {
     const KdTree *t = tree;
     if (!t || t->block_count == 0) return;
     float begins;
     if (!box_meets(lanes, cone_lanes_wide(lanes), t->box.lower, t->box.upper, &begins)) return;
-    *nodes += cone_lanes_wide(lanes) ? walk_wide(t, lanes, contained, visit, context) : walk_thin(t, lanes, visit, context);
+    *nodes += cone_lanes_wide(lanes) ? walk_wide(t, lanes, how->contained, visit, context) : walk_thin(t, lanes, visit, context);
 }
 
 static void kdtree_free(void *tree)

@@ -17,6 +17,8 @@ struct KellerAccel {
     uint32_t *edge_begin;           /* [leaf_count + 1] */
     bool repeats;                   /* primitives may be in several leaves */
     bool exact_triangles, exact_edges; /* the corners in the blocks are the vertices themselves: middle is 0 */
+    WalkHow how;                    /* what the options chose */
+    int contained;
     /* Over a scene, wedges on one edge are one primitive: edge i stands for the wedges wedge[wedge_begin[i] .. [i + 1]). */
     const KellerScene *scene;       /* NULL: edges are input.edges */
     uint32_t *wedge, *wedge_begin;

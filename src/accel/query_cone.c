@@ -202,15 +202,24 @@ static void walk(Query *q)
     const KellerAccel *a = q->accel;
     Seen seen;
     if (!(q->clip.near <= q->clip.far)) return;
-    bool repeats = a->repeats && (q->wanted == ALL || q->wanted == WINDOW), wide = q->cone->tan_alpha > CONTAINED_TAN;
+    bool repeats = a->repeats && (q->wanted == ALL || q->wanted == WINDOW), thin = q->thin;
+    WalkHow how = a->how;
+    KellerCone local;
+    how.contained = a->contained ? a->contained > 0 : q->cone->tan_alpha > CONTAINED_TAN;
+    if (how.leaf_boxes || how.order == KELLER_ORDER_EXACT) {
+        local = *q->cone;
+        local.origin = v3_sub(local.origin, a->middle);
+        local.z_far = lesser(local.z_far, q->whole.far);
+        how.cone = &local;
+    }
+    thin = thin && !how.contained && !how.leaf_boxes && how.order == KELLER_ORDER_SLABS && bvh8_plain(&q->lanes);
     if (repeats) {
         q->seen = &seen;
         seen_start(&seen);
     }
     uint64_t *nodes = &q->work->nodes;
-    if (a->kind == &tree_bvh8 && !wide && q->thin && bvh8_plain(&q->lanes))
-        bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, nodes);
-    else a->kind->walk(a->tree, &q->lanes, wide, visit_leaf, q, nodes);
+    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, nodes);
+    else a->kind->walk(a->tree, &q->lanes, &how, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);
     q->seen = NULL;
 }

@@ -209,13 +209,15 @@ static float visit_all(void *context, uint32_t leaf, bool inside, float far)
     return far;
 }
 
+static const WalkHow plain_walk = {0};
+
 #define WALK(q, lanes, visit)                                                                                          \
     do {                                                                                                               \
         const KellerAccel *a_ = (q)->accel;                                                                            \
         uint64_t *nodes_ = &(q)->work->nodes;                                                                          \
         if (!a_->triangles) break;                                                                                     \
         if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, nodes_);                                 \
-        else a_->kind->walk(a_->tree, lanes, false, visit, q, nodes_);                                                 \
+        else a_->kind->walk(a_->tree, lanes, &plain_walk, visit, q, nodes_);                                                 \
     } while (0)
 
 bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip,
@@ -319,7 +321,7 @@ bool keller_accel_segment(const KellerAccel *accel, KellerVec3 a, KellerVec3 b, 
     Seen seen;
     Segment s = {accel, &lanes, accel->repeats ? &seen : NULL, visit, context, false, work};
     if (s.seen) seen_start(&seen);
-    accel->kind->walk(accel->tree, &lanes, false, visit_segment, &s, &work->nodes);
+    accel->kind->walk(accel->tree, &lanes, &plain_walk, visit_segment, &s, &work->nodes);
     if (s.seen) seen_end(&seen);
     return s.stopped;
 }

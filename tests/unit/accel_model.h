@@ -114,14 +114,15 @@ static inline void model_grid(Model *m, uint32_t side, Random *r)
     }
 }
 
-/* The edges: of a soup the first two sides of each triangle, of a welded model each once or twice. */
+/* The edges: of a soup the first two sides of each triangle, of a welded model each once or twice; then some that are no
+ * triangle's side, and some a second time, the other way round. */
 static inline Model model_make(ModelKind kind, uint32_t count, Random *r)
 {
     Model m = {.size = 10};
     uint32_t most = 3 * count + 1000;
     m.vertices = malloc(most * sizeof *m.vertices);
     m.triangles = malloc(most * sizeof *m.triangles);
-    m.edges = malloc(2 * most * sizeof *m.edges);
+    m.edges = malloc(3 * most * sizeof *m.edges);
     if (kind == MODEL_FAR_AWAY) m.middle = v3(1e5, -1e5, 30);
     if (kind == MODEL_ONE_POINT) m.middle = v3(1, 2, 3);
     uint32_t side = 4 + (uint32_t)sqrt(count / 6.0);
@@ -134,6 +135,11 @@ static inline Model model_make(ModelKind kind, uint32_t count, Random *r)
             uint32_t *e = m.edges[m.in.edge_count++];
             e[0] = m.triangles[i][k], e[1] = m.triangles[i][k + 1];
         }
+    for (uint32_t i = 0; i < m.in.triangle_count; i += 9) {
+        uint32_t *e = m.edges[m.in.edge_count++], *again = m.edges[m.in.edge_count++];
+        e[0] = random_u32(r) % m.vertex_count, e[1] = i % 4 ? random_u32(r) % m.vertex_count : e[0];
+        again[0] = m.edges[i][1], again[1] = m.edges[i][0];
+    }
     m.in.vertices = m.vertices;
     m.in.triangles = (const uint32_t (*)[3])m.triangles;
     m.in.edges = (const uint32_t (*)[2])m.edges;

@@ -8,18 +8,23 @@
 
 #include "accel_model.h"
 #include "base/number.h"
+#include "io/generate.h"
 #include "keller/ray.h"
 
 static const char *const names[] = {"kdtree", "bvh", "bvh8"};
 enum { NAMES = sizeof names / sizeof *names, RAYS = 24 };
 
-static KellerAccel *accel_of(const Model *m, const char *name, double spatial, int threads)
+static KellerAccel *accel_with(const Model *m, const KellerAccelOptions *options)
 {
     KellerAccel *accel;
-    KellerAccelOptions options = {.name = name, .spatial = spatial, .threads = threads};
-    assert_int_equal(keller_accel_new(&m->in, &options, &accel, NULL), KELLER_OK);
-    assert_string_equal(keller_accel_name(accel), name);
+    assert_int_equal(keller_accel_new(&m->in, options, &accel, NULL), KELLER_OK);
+    assert_string_equal(keller_accel_name(accel), options->name);
     return accel;
+}
+
+static KellerAccel *accel_of(const Model *m, const char *name, double spatial, int threads)
+{
+    return accel_with(m, &(KellerAccelOptions){.name = name, .spatial = spatial, .threads = threads});
 }
 
 /* ---- the naive loops --------------------------------------------------------------------------------------------- */
@@ -211,8 +216,12 @@ static uint64_t check_cone(const Model *m, const KellerAccel *accel, const Kelle
     KellerAccelWork work = {0};
     KellerConeHit best = {{INFINITY, -INFINITY}, KELLER_NONE}, hit;
     seen_clear(seen, m, 0);
-    keller_accel_cone(accel, c, clip, see_triangle, NULL, seen, &work);
-    keller_accel_cone(accel, c, clip, NULL, see_edge, seen, &work);
+    if (depth > 0) { /* in one walk, or two */
+        keller_accel_cone(accel, c, clip, see_triangle, see_edge, seen, &work);
+    } else {
+        keller_accel_cone(accel, c, clip, see_triangle, NULL, seen, &work);
+        keller_accel_cone(accel, c, clip, NULL, see_edge, seen, &work);
+    }
     for (uint32_t i = 0; i < m->in.edge_count; i++) seen->naive[1][i] = naive_edge(m, c, i, clip);
     for (uint32_t i = 0; i < m->in.triangle_count; i++) {
         KellerRange r = seen->naive[0][i] = naive_triangle(m, c, i, clip);
@@ -257,7 +266,11 @@ static void same_as_naive(void **state)
                              s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : 20 + random_u32(&r) % 1000, &r);
         Seen seen = seen_new(&m);
         for (uint32_t k = 0; k < 2 * NAMES; k++) {
-            KellerAccel *accel = accel_of(&m, names[k % NAMES], k < NAMES ? 0 : 0.5, 1);
+            /* each with every order and with all that can be switched, by turns */
+            KellerAccelOptions o = {.name = names[k % NAMES], .spatial = k < NAMES ? 0 : 0.5, .threads = 1,
+                                    .order = (KellerAccelOrder)((s + k) % 4), .contained = (int)((s / 4 + k) % 3) - 1,
+                                    .leaf_boxes = (s + k / 2) % 2};
+            KellerAccel *accel = accel_with(&m, &o);
             for (uint32_t q = 0; q < RAYS; q++) {
                 KellerCone c = model_cone(&m, q, &r);
                 KellerRange clip = {q % 2 ? random_in(&r, 0, 4) : 0, q % 3 == 1 ? random_in(&r, 4, 20) : INFINITY};
@@ -348,6 +361,42 @@ static uint64_t cases(void)
     return n >= 1 ? (uint64_t)n : 1000000;
 }
 
+/* As many rays from within the buildings of a city, which are closed solids beside each other, through a triangle of which
+ * they start. */
+static void watertight_city(void **state)
+{
+    (void)state;
+    Random r = {78};
+    KellerGenerate city = keller_generate_defaults(KELLER_GENERATE_CITY);
+    KellerSoup soup;
+    city.blocks = 40;
+    assert_int_equal(keller_generate(&city, &soup, NULL), KELLER_OK);
+    KellerAccelInput in = {.triangle_count = (uint32_t)soup.triangle_count, .vertices = soup.vertices,
+                           .triangles = (const uint32_t (*)[3])soup.triangles};
+    for (int k = 0; k < NAMES; k++) {
+        KellerAccel *accel;
+        KellerAccelWork work = {0};
+        assert_int_equal(keller_accel_new(&in, &(KellerAccelOptions){.name = names[k]}, &accel, NULL), KELLER_OK);
+        for (uint64_t q = 0; q < cases() / NAMES + 1;) {
+            const uint32_t *t = in.triangles[random_u32(&r) % in.triangle_count];
+            KellerVec3 a = in.vertices[t[0]], b = in.vertices[t[1]], c = in.vertices[t[2]];
+            KellerVec3 normal = v3_unit(v3_cross(v3_sub(b, a), v3_sub(c, a)));
+            if (normal.z > 0.999 && a.z == 0) continue; /* the ground */
+            q++;
+            KellerVec3 inside = v3_madd(v3_scale(v3_add(a, v3_add(b, c)), 1 / 3.0), normal, -0.01), d = random_unit(&r);
+            if (q % 4 == 1) d = v3_sub(a, inside);
+            if (q % 4 == 2) d = v3_sub(v3_madd(a, v3_sub(b, a), random_in(&r, 0, 1)), inside);
+            if (q % 32 == 3) d = v3(0, q & 64 ? 1 : 0, q & 64 ? 0 : 1);
+            KellerRayHit hit;
+            if (!keller_accel_ray_nearest(accel, inside, d, (KellerRange){0, INFINITY}, &hit, &work) ||
+                !keller_accel_ray_any(accel, inside, d, (KellerRange){0, INFINITY}, &work))
+                fail_msg("%s: (%a, %a, %a) towards (%a, %a, %a) leaks", names[k], inside.x, inside.y, inside.z, d.x, d.y, d.z);
+        }
+        keller_accel_free(accel);
+    }
+    keller_soup_free(&soup);
+}
+
 static void watertight(void **state)
 {
     (void)state;
@@ -387,6 +436,7 @@ int main(void)
         cmocka_unit_test(shortened),
         cmocka_unit_test(same_for_threads),
         cmocka_unit_test(watertight),
+        cmocka_unit_test(watertight_city),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

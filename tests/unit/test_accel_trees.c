@@ -141,7 +141,7 @@ static void walks(const TreeKind *kind, const TreeInput *in, const void *tree, c
                 Walk w = walk_of(l->block_count);
                 uint64_t nodes = 0;
                 w.shorten = shortened ? shorten : NULL;
-                kind->walk(tree, &lanes, contained, visit, &w, &nodes);
+                kind->walk(tree, &lanes, &(WalkHow){.contained = contained}, visit, &w, &nodes);
                 memcpy(left, met, in->count * sizeof *met);
                 check_walk(in, l, &cone, &w, left);
                 *work += w.count;
@@ -149,7 +149,7 @@ static void walks(const TreeKind *kind, const TreeInput *in, const void *tree, c
                     Walk half = walk_of(l->block_count);
                     half.shorten = w.shorten;
                     half.stop = w.count / 2;
-                    kind->walk(tree, &lanes, contained, visit, &half, &nodes);
+                    kind->walk(tree, &lanes, &(WalkHow){.contained = contained}, visit, &half, &nodes);
                     assert_int_equal(half.count, half.stop);
                     assert_memory_equal(half.order, w.order, half.count * sizeof *w.order);
                     walk_free(&half);
@@ -169,7 +169,7 @@ static void same_for_threads(const TreeKind *kind, TreeInput in, const void *tre
     KellerConeLanes lanes = keller_cone_lanes(&cone, (KellerRange){0, INFINITY}, 100);
     Walk w = walk_of(l->block_count);
     uint64_t nodes = 0;
-    kind->walk(tree, &lanes, true, visit, &w, &nodes);
+    kind->walk(tree, &lanes, &(WalkHow){.contained = true}, visit, &w, &nodes);
     for (int threads = 2; threads <= 3; threads++) {
         void *other;
         Leaves leaves;
@@ -181,7 +181,7 @@ static void same_for_threads(const TreeKind *kind, TreeInput in, const void *tre
         assert_int_equal(kind->bytes(other), kind->bytes(tree));
         Walk again = walk_of(l->block_count);
         uint64_t nodes_again = 0;
-        kind->walk(other, &lanes, true, visit, &again, &nodes_again);
+        kind->walk(other, &lanes, &(WalkHow){.contained = true}, visit, &again, &nodes_again);
         assert_int_equal(nodes, nodes_again);
         assert_int_equal(w.count, again.count);
         assert_memory_equal(w.order, again.order, w.count * sizeof *w.order);
