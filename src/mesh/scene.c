@@ -135,6 +135,7 @@ void keller_scene_free(KellerScene *scene)
     free(scene->triangle_face);
     free(scene->triangle_object);
     free(scene->triangle_source);
+    free(scene->triangle_sheets);
     free(scene->triangle_border);
     free(scene->faces);
     free(scene->face_triangles);

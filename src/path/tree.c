@@ -29,6 +29,7 @@ typedef struct {
     double window[2][2];        /* [X or Y][low, high] of d.X/d.Z and d.Y/d.Z */
     uint32_t mirror;            /* face it was last reflected in, or KELLER_NONE */
     uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
+    uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
 } Beam;
 
 typedef struct {
@@ -46,7 +47,7 @@ typedef struct {
 
 typedef struct {
     const TreeLimits *limits;
-    Use use[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1];
+    Use use[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1];
     Trie trie;
     TreeWork work;
     bool failed;
@@ -61,6 +62,8 @@ typedef struct {
     double start_near, start_far;   /* z where rays of the beam start */
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
     double far;                     /* nothing beyond this can be seen */
+    uint32_t slabs, most_slabs;     /* that fill the whole cone; how many may be passed through */
+    double slab_far[KELLER_MAX_INTERACTIONS + 1];   /* their farthest z, sorted */
     bool may_split, too_much;
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
@@ -132,6 +135,29 @@ static bool face_blocks(const Query *q, const KellerScene *scene, uint32_t face,
     return true;
 }
 
+/* Nothing is seen behind a face that fills the cone and lets nothing through, nor behind one slab more than a path may pass
+ * through. */
+static void shorten(Query *q, const KellerScene *scene, uint32_t face, double far)
+{
+    if (q->most_slabs == 0 || !path_lets_through(scene, face)) {
+        q->far = lesser(q->far, far);
+        return;
+    }
+    if (q->slabs > q->most_slabs && far >= q->slab_far[q->most_slabs]) return;
+    uint32_t i = q->slabs > q->most_slabs ? q->most_slabs : q->slabs++;
+    for (; i > 0 && q->slab_far[i - 1] > far; i--) q->slab_far[i] = q->slab_far[i - 1];
+    q->slab_far[i] = far;
+    if (q->slabs > q->most_slabs) q->far = lesser(q->far, q->slab_far[q->most_slabs]);
+}
+
+/* Slabs that each ray of the beam has passed through before it comes to z. */
+static uint32_t passed_before(const Query *q, double z)
+{
+    uint32_t n = 0;
+    while (n < q->slabs && q->slab_far[n] < z) n++;
+    return q->beam->passed + n;
+}
+
 static bool behind_mirror(const Query *q, const KellerScene *scene, size_t n, const KellerVec3 *v)
 {
     if (!(q->front != 0)) return false;
@@ -191,7 +217,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     h->near = range.near;
     memcpy(h->bounds, bounds, sizeof bounds);
     double far;
-    if (face_blocks(q, scene, face, &far)) q->far = lesser(q->far, far);
+    if (face_blocks(q, scene, face, &far)) shorten(q, scene, face, far);
     return stop_if_much(q);
 }
 
@@ -246,11 +272,12 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
 
 /* ---- what a beam becomes ------------------------------------------------------------------------------------------- */
 
-static void reflect(Search *s, const Beam *beam, const HitFace *hit, uint32_t node)
+static void reflect(Search *s, const Query *q, const HitFace *hit, uint32_t node)
 {
     const KellerFace *f = &s->limits->scene->faces[hit->face];
-    Beam b = *beam;
+    Beam b = *q->beam;
     b.node = node;
+    b.passed = passed_before(q, hit->near);
     b.mirror = hit->face;
     b.wedge = KELLER_NONE;
     for (uint32_t i = 0; i < b.source_count; i++) b.source[i] = v3_mirror_point(b.source[i], f->normal, f->offset);
@@ -298,7 +325,8 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
             double beta_b = beta[0] + (beta[1] - beta[0]) * (c / cells + 1) / slices;
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
-            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge};
+            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge,
+                      .passed = passed_before(q, met.near)};
             b.source[0] = v3_madd(w->origin, w->direction, za);
             b.source[1] = v3_madd(w->origin, w->direction, zb);
             b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
@@ -386,6 +414,10 @@ static void process(Search *s, const Beam *beam)
     }
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
+    uint32_t together = l->interactions - (at.length + 1u); /* the next step is none of them */
+    q.most_slabs = l->transmissions < together ? l->transmissions : together;
+    if (beam->passed > q.most_slabs) return;
+    q.most_slabs -= beam->passed;
     bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */
@@ -406,7 +438,7 @@ static void process(Search *s, const Beam *beam)
             if (q.face[i].near > q.far) continue;
             uint32_t node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
             if (node == KELLER_NONE) s->failed = true;
-            else if (after_face.face || after_face.wedge) reflect(s, beam, &q.face[i], node);
+            else if (after_face.face || after_face.wedge) reflect(s, &q, &q.face[i], node);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
             uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i]));
@@ -439,7 +471,7 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
 
 static void find_uses(Search *s)
 {
-    enum { MOST = KELLER_MAX_INTERACTIONS };
+    enum { MOST = KELLER_MAX_BENDS };
     const TreeLimits *t = s->limits;
     for (int l = MOST - 1; l >= 0; l--)
         for (int w = 0; w <= l; w++) {
