@@ -38,7 +38,7 @@ typedef struct {
 } KellerWedge;
 
 typedef struct {
-    size_t read_triangles, degenerate, duplicate, welded_vertices;  /* repaired or left out */
+    size_t read_triangles, degenerate, duplicate, welded_vertices;  /* repaired, joined or left out */
     size_t edges, boundary_edges, complex_edges, flat_edges;        /* of the welded mesh */
     size_t contact_edges;           /* rims that lie on another face and so are corners */
     char *notes;                    /* owned; further lines of text, or "" */

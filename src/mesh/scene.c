@@ -59,7 +59,7 @@ static bool write_notes(KellerBuild *build)
                          report->degenerate);
     if (report->duplicate)
         used += snprintf(text + used, sizeof text - (size_t)used,
-                         "%zu triangles repeat others of the same material: left out\n", report->duplicate);
+                         "%zu triangles repeat others of the same material: further sheets of these\n", report->duplicate);
     if (report->complex_edges)
         used += snprintf(text + used, sizeof text - (size_t)used, "%zu edges join more than two triangles: kept\n",
                          report->complex_edges);
