@@ -114,9 +114,9 @@ static size_t compare(const KellerScene *scene, const RandomScene *world, uint64
     return differences;
 }
 
-void check_seed(uint64_t seed, uint32_t flags, uint32_t reflections, uint32_t diffractions, uint32_t transmissions,
-                uint32_t interactions, Tally *tally)
+static void check_seed(uint64_t seed, uint32_t flags, const uint32_t orders[4], Tally *tally)
 {
+    uint32_t reflections = orders[0], diffractions = orders[1], transmissions = orders[2], interactions = orders[3];
     RandomScene world = scene_random(seed, flags);
     KellerScene scene = scene_of(&world.soup);
     Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, reflections, diffractions, interactions);
@@ -146,4 +146,15 @@ void check_seed(uint64_t seed, uint32_t flags, uint32_t reflections, uint32_t di
     found_free(&grid);
     keller_scene_free(&scene);
     soup_release(&world.soup);
+}
+
+void check_seeds(unsigned long last, uint32_t flags, size_t order_count, const uint32_t (*orders)[4], Tally *tally)
+{
+    unsigned long first = 1;
+    const char *seeds = getenv("KELLER_SEEDS");
+    if (seeds) sscanf(seeds, "%lu-%lu", &first, &last);
+    for (unsigned long seed = first; seed <= last; seed++) check_seed(seed, flags, orders[seed % order_count], tally);
+    printf("# %zu paths, %zu of them through walls, of %zu candidates, %zu undecidable, %zu scenes differ\n", tally->paths,
+           tally->through, tally->candidates, tally->undecidable, tally->scenes_different);
+    assert_int_equal(tally->differences, 0);
 }

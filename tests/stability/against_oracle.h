@@ -9,8 +9,8 @@ typedef struct {
     size_t paths, through /* with transmissions */, candidates, undecidable, differences, scenes_different;
 } Tally;
 
-/* Searches the scene of this seed and these flags (scenes.h) for points and for a grid, and adds what differs. Prints each
- * difference. */
-void check_seed(uint64_t seed, uint32_t flags, uint32_t reflections, uint32_t diffractions, uint32_t transmissions,
-                uint32_t interactions, Tally *tally);
+/* Searches the scenes of the seeds 1 to `last` and these flags (scenes.h), each for points and for a grid, with the orders
+ * (reflections, diffractions, transmissions, interactions) in turn; adds up what differs, prints each difference, and fails if
+ * there is any. KELLER_SEEDS=first-last runs other seeds, for a search through the night. */
+void check_seeds(unsigned long last, uint32_t flags, size_t order_count, const uint32_t (*orders)[4], Tally *tally);
 #endif
