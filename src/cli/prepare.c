@@ -148,3 +148,13 @@ void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool n
             line += length + (line[length] == '\n');
         }
 }
+
+void keller_print_opaque(const KellerConfig *config, const KellerScene *scene)
+{
+    if (config->transmissions == 0 || scene->face_count == 0) return;
+    for (size_t f = 0; f < scene->face_count; ++f) {
+        const KellerMaterial *m = &scene->materials[scene->faces[f].material];
+        if (m->kind != KELLER_MATERIAL_CONDUCTOR && m->thickness > 0) return;
+    }
+    printf("  note: no wall lets anything through: its material would need a thickness\n");
+}

@@ -8,7 +8,7 @@
 static bool grow(void **array, size_t needed, size_t *capacity, size_t size)
 {
     if (needed <= *capacity) return true;
-    size_t more = needed + *capacity;
+    size_t more = *capacity ? needed + *capacity : needed + 15;
     void *grown = realloc(*array, more * size);
     if (!grown) return false;
     *array = grown;
@@ -19,7 +19,7 @@ static bool grow(void **array, size_t needed, size_t *capacity, size_t size)
 bool path_list_push(PathList *list, const KellerPath *path)
 {
     uint32_t n = path->count;
-    if (!grow((void **)&list->items, list->count + 1 + (list->count == 0 ? 15 : 0), &list->capacity, sizeof *list->items) ||
+    if (!grow((void **)&list->items, list->count + 1, &list->capacity, sizeof *list->items) ||
         !grow((void **)&list->nodes, list->node_count + n + 1, &list->node_capacity, sizeof *list->nodes))
         return false;
     PathNode *node = &list->nodes[list->node_count];

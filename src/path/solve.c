@@ -375,6 +375,24 @@ static void see(Surroundings *s)
     s->seen[s->count++] = 1;
 }
 
+/* Directions in which a path leaves the transmitter and comes to the receiver. A station on the mirror has a leg of no length,
+ * which would lead through it. */
+static void ways_at_ends(KellerVec3 tx, KellerVec3 rx, const KellerPath *path, double rounding, KellerVec3 *ahead,
+                         KellerVec3 *last)
+{
+    KellerVec3 a = tx;
+    bool found = false;
+    for (uint32_t i = 0; i <= path->count; i++) {
+        KellerVec3 b = i < path->count ? path->position[i] : rx;
+        if (v3_distance(a, b) > rounding) {
+            if (!found) *ahead = path->leg[i];
+            *last = path->leg[i];
+            found = true;
+        }
+        a = b;
+    }
+}
+
 /* On a boundary of the path exactly: the share of surrounding positions of its two ends for which it exists. The positions
  * come in opposite pairs, so that on one smooth boundary it is one half to the last bit, and the same set serves the
  * exchanged path. They lie far enough away to be beyond rounding, and too near for anything else to change; those that a
@@ -385,7 +403,9 @@ static void look_around(const KellerScene *scene, const KellerAccel *accel, Kell
 {
     static const KellerVec3 around[DIRECTIONS] = {
         {0.4118, 0.6903, 0.5949}, {-0.7442, 0.2887, 0.6024}, {0.1621, -0.5353, 0.8290}, {0.8863, -0.3617, 0.2893}};
-    double step = around_step(scene, path, greater(path_rounding(scene, tx), path_rounding(scene, rx)));
+    double rounding = greater(path_rounding(scene, tx), path_rounding(scene, rx)), step = around_step(scene, path, rounding);
+    KellerVec3 ahead = path->leg[0], last = path->leg[path->count];
+    ways_at_ends(tx, rx, path, rounding, &ahead, &last);
     s->all = s->count = 0;
     for (int i = 0; i < AROUND; i++) {
         int j = i / 8, k = (j + 1) % DIRECTIONS;
@@ -395,8 +415,8 @@ static void look_around(const KellerScene *scene, const KellerAccel *accel, Kell
             k = swap;
         }
         KellerVec3 t = v3_madd(tx, around[j], i & 1 ? step : -step), r = v3_madd(rx, around[k], i & 2 ? step : -step);
-        PathLeg t_ahead = {.a = t, .b = v3_madd(tx, path->leg[0], 10 * step), .strict = true};
-        PathLeg r_back = {.a = r, .b = v3_madd(rx, path->leg[path->count], -10 * step), .strict = true};
+        PathLeg t_ahead = {.a = t, .b = v3_madd(tx, ahead, 10 * step), .strict = true};
+        PathLeg r_back = {.a = r, .b = v3_madd(rx, last, -10 * step), .strict = true};
         bool grazes;
         Crossings none = {.most = 0};
         if (!path_leg_passes(scene, accel, &t_ahead, &none, &grazes, work) ||

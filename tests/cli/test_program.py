@@ -476,6 +476,12 @@ def test_waves_pass_through_walls(folder, shared):
             assert abs(sum(n * (p - a))) < 1e-9 and (p > corners.min((0, 1)) - 1e-9).all()
         count = [kind[i:j].tolist().count(2) for i, j in zip(f["paths/offset"][:-1], f["paths/offset"][1:])]
         assert max(count) == 2
+    note = "note: no wall lets anything through"
+    for thickness, told in [('thickness="10 cm"', False), ("", True)]:
+        (folder / "small.xml").write_text(text.replace('thickness="10 cm"', thickness).replace(
+            'diffractions="1"', 'transmissions="1"'))
+        for arguments in [["check", "small.xml"], ["run", "small.xml", "--force", "-q"]]:
+            assert (note in expect(keller(*arguments, cwd=folder), DONE).stdout) == told, (thickness, arguments)
     for old, new, words in [
         ('diffractions="1"', 'transmissions="65"', ["transmissions", '"65"', "from 0 to 64"]),
         ('diffractions="1"', 'transmissions="-1"', ["transmissions", '"-1"']),
