@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "path/slabs.h"
 
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
@@ -62,8 +63,7 @@ typedef struct {
     double start_near, start_far;   /* z where rays of the beam start */
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
     double far;                     /* nothing beyond this can be seen */
-    uint32_t slabs, most_slabs;     /* that fill the whole cone; how many may be passed through */
-    double slab_far[KELLER_MAX_INTERACTIONS + 1];   /* their farthest z, sorted */
+    Slabs slabs;
     bool may_split, too_much;
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
@@ -135,29 +135,6 @@ static bool face_blocks(const Query *q, const KellerScene *scene, uint32_t face,
     return true;
 }
 
-/* Nothing is seen behind a face that fills the cone and lets nothing through, nor behind one slab more than a path may pass
- * through. */
-static void shorten(Query *q, const KellerScene *scene, uint32_t face, double far)
-{
-    if (q->most_slabs == 0 || !path_lets_through(scene, face)) {
-        q->far = lesser(q->far, far);
-        return;
-    }
-    if (q->slabs > q->most_slabs && far >= q->slab_far[q->most_slabs]) return;
-    uint32_t i = q->slabs > q->most_slabs ? q->most_slabs : q->slabs++;
-    for (; i > 0 && q->slab_far[i - 1] > far; i--) q->slab_far[i] = q->slab_far[i - 1];
-    q->slab_far[i] = far;
-    if (q->slabs > q->most_slabs) q->far = lesser(q->far, q->slab_far[q->most_slabs]);
-}
-
-/* Slabs that each ray of the beam has passed through before it comes to z. */
-static uint32_t passed_before(const Query *q, double z)
-{
-    uint32_t n = 0;
-    while (n < q->slabs && q->slab_far[n] < z) n++;
-    return q->beam->passed + n;
-}
-
 static bool behind_mirror(const Query *q, const KellerScene *scene, size_t n, const KellerVec3 *v)
 {
     if (!(q->front != 0)) return false;
@@ -174,6 +151,18 @@ static double stop_if_much(Query *q)
         return -INFINITY;
     }
     return q->far;
+}
+
+/* The array with room for one more; as it was, and the search failed, without memory. */
+static void *with_room(Query *q, void *array, uint32_t count, uint32_t *capacity, size_t size)
+{
+    if (count < *capacity) return array;
+    uint32_t more = *capacity ? 2 * *capacity : 32;
+    void *grown = realloc(array, more * size);
+    q->search->failed = q->search->failed || !grown;
+    if (!grown) return array;
+    *capacity = more;
+    return grown;
 }
 
 static double visit_triangle(void *context, uint32_t id, KellerRange range)
@@ -200,16 +189,8 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
         }
         return q->far;
     }
-    if (q->faces == q->face_capacity) {
-        uint32_t more = q->face_capacity ? 2 * q->face_capacity : 32;
-        HitFace *grown = realloc(q->face, more * sizeof *grown);
-        if (!grown) {
-            s->failed = true;
-            return -INFINITY;
-        }
-        q->face = grown;
-        q->face_capacity = more;
-    }
+    q->face = with_room(q, q->face, q->faces, &q->face_capacity, sizeof *q->face);
+    if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
     s->slot[face] = q->faces;
     HitFace *h = &q->face[q->faces++];
@@ -217,7 +198,8 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     h->near = range.near;
     memcpy(h->bounds, bounds, sizeof bounds);
     double far;
-    if (face_blocks(q, scene, face, &far)) shorten(q, scene, face, far);
+    if (face_blocks(q, scene, face, &far))
+        q->far = lesser(q->far, path_lets_through(scene, face) ? slabs_add(&q->slabs, far) : far);
     return stop_if_much(q);
 }
 
@@ -256,16 +238,8 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     double bounds[2][2];
     slope_bounds(q->beam, 2, ends, bounds);
     if (!overlap(q->beam, bounds) || !arrives(q->beam, w)) return q->far;
-    if (q->wedges == q->wedge_capacity) {
-        uint32_t more = q->wedge_capacity ? 2 * q->wedge_capacity : 32;
-        uint32_t *grown = realloc(q->wedge, more * sizeof *grown);
-        if (!grown) {
-            q->search->failed = true;
-            return -INFINITY;
-        }
-        q->wedge = grown;
-        q->wedge_capacity = more;
-    }
+    q->wedge = with_room(q, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
+    if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
     return stop_if_much(q);
 }
@@ -277,7 +251,7 @@ static void reflect(Search *s, const Query *q, const HitFace *hit, uint32_t node
     const KellerFace *f = &s->limits->scene->faces[hit->face];
     Beam b = *q->beam;
     b.node = node;
-    b.passed = passed_before(q, hit->near);
+    b.passed += slabs_before(&q->slabs, hit->near);
     b.mirror = hit->face;
     b.wedge = KELLER_NONE;
     for (uint32_t i = 0; i < b.source_count; i++) b.source[i] = v3_mirror_point(b.source[i], f->normal, f->offset);
@@ -326,7 +300,7 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
             Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge,
-                      .passed = passed_before(q, met.near)};
+                      .passed = q->beam->passed + slabs_before(&q->slabs, met.near)};
             b.source[0] = v3_madd(w->origin, w->direction, za);
             b.source[1] = v3_madd(w->origin, w->direction, zb);
             b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
@@ -415,9 +389,9 @@ static void process(Search *s, const Beam *beam)
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
     uint32_t together = l->interactions - (at.length + 1u); /* the next step is none of them */
-    q.most_slabs = l->transmissions < together ? l->transmissions : together;
-    if (beam->passed > q.most_slabs) return;
-    q.most_slabs -= beam->passed;
+    q.slabs.most = l->transmissions < together ? l->transmissions : together;
+    if (beam->passed > q.slabs.most) return;
+    q.slabs.most -= beam->passed;
     bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */

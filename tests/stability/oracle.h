@@ -40,8 +40,9 @@ OracleResult oracle_enumerate_through(const KellerScene *scene, KellerVec3 tx, K
                                       uint32_t diffractions, uint32_t transmissions, uint32_t interactions);
 void oracle_free(OracleResult *result);
 
-/* Solves one sequence of reflections and diffractions, with up to so many transmissions on its legs. False where the sequence is none by the rules (two successive reflections in one plane; a
- * reflection next to a diffraction in a plane that holds the edge). */
+/* Solves one sequence of reflections and diffractions, with up to so many transmissions on its legs. False where the
+ * sequence is none by the rules (two successive reflections in one plane; a reflection next to a diffraction in a plane
+ * that holds the edge). */
 bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t count, const KellerStep *steps,
                   uint32_t transmissions, OraclePath *path);
 

@@ -296,8 +296,14 @@ static void more_of_the_same(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(inner_edges),  cmocka_unit_test(rim),    cmocka_unit_test(corner),          cmocka_unit_test(panes),
-        cmocka_unit_test(along_and_on), cmocka_unit_test(on_a_wall_through_an_edge), cmocka_unit_test(opaque), cmocka_unit_test(more_of_the_same),
+        cmocka_unit_test(inner_edges),
+        cmocka_unit_test(rim),
+        cmocka_unit_test(corner),
+        cmocka_unit_test(panes),
+        cmocka_unit_test(along_and_on),
+        cmocka_unit_test(on_a_wall_through_an_edge),
+        cmocka_unit_test(opaque),
+        cmocka_unit_test(more_of_the_same),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
