@@ -224,7 +224,7 @@ static void there_and_back(void **state)
     keller_scene_free(&scene);
 }
 
-/* Doppler, delay and angles of a transmitted path are those of the straight ray. */
+/* Delay, angles and positions of a transmitted path are those of the straight ray. */
 static void straight(void **state)
 {
     (void)state;
