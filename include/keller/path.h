@@ -10,8 +10,10 @@
 #include "keller/error.h"
 #include "keller/scene.h"
 
-/* Interactions of one path, all kinds together; a configuration that asks for more is refused. */
-#define KELLER_MAX_INTERACTIONS 16
+/* Interactions of one path, all kinds together, and those of them that are searched for, reflections and diffractions: a
+ * configuration that asks for more is refused. */
+#define KELLER_MAX_INTERACTIONS 64
+#define KELLER_MAX_BENDS 16
 
 typedef enum {
     KELLER_REFLECTION = 0,
@@ -20,7 +22,7 @@ typedef enum {
     KELLER_SCATTERING = 3
 } KellerInteractionKind;
 
-/* One element of a candidate sequence: a face to reflect in or a wedge to diffract at. */
+/* One element of a sequence: a face to reflect in or to pass through, or a wedge to diffract at. */
 typedef struct {
     KellerInteractionKind kind;
     uint32_t id;                /* face or wedge */
@@ -33,18 +35,24 @@ typedef struct {
     uint32_t count;
     KellerStep step[KELLER_MAX_INTERACTIONS];
     KellerVec3 position[KELLER_MAX_INTERACTIONS];
-    uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* the triangle reflected in; KELLER_NONE for a diffraction */
+    uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* reflected in or passed through; KELLER_NONE for a diffraction */
     KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
-    double length;              /* m */
+    double length;              /* m, geometrical: slabs take up no length of their own */
     double weight;              /* 1; less exactly on a boundary of the path: the share of the surroundings in which it
                                    exists, 1/2 on a shadow or reflection boundary (SPEC 6) */
 } KellerPath;
 
-/* Solves one candidate sequence exactly between two points and tests its validity in the scene: mirror images for
- * faces, the shortest path for the wedge (at most one), each point inside its face or edge, each leg free. Returns true
- * and fills *path if it exists. */
+/* false ends the solution. */
+typedef bool (*KellerPathFound)(void *context, const KellerPath *path);
+/* Solves one candidate sequence of `count` <= KELLER_MAX_BENDS reflections and at most one diffraction exactly between two
+ * points and tests its validity in the scene: mirror images for faces, the shortest path for the wedge, each point inside
+ * its face or edge, each leg free but for at most `transmissions` slabs on all legs together (count + transmissions <=
+ * KELLER_MAX_INTERACTIONS), which become steps of their own. Calls found(context, path) for each path: one at most, but on a
+ * boundary of the path, such as the edge of a wall that it may pass through or go by, one for each set of slabs that
+ * the surroundings pass through, with their share as its weight. Returns false if found did. */
 bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                       const KellerStep *steps, KellerPath *path, KellerAccelWork *work);
+                       const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
+                       KellerAccelWork *work);
 
 /* The media of all materials at all frequencies: media[f * material_count + m]. Caller frees with free().
  * Errors: a frequency outside a material's range; only materials that a triangle uses are looked up. */

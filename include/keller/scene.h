@@ -38,7 +38,7 @@ typedef struct {
 } KellerWedge;
 
 typedef struct {
-    size_t read_triangles, degenerate, duplicate, welded_vertices;  /* repaired or left out */
+    size_t read_triangles, degenerate, duplicate, welded_vertices;  /* repaired, joined or left out */
     size_t edges, boundary_edges, complex_edges, flat_edges;        /* of the welded mesh */
     size_t contact_edges;           /* rims that lie on another face and so are corners */
     char *notes;                    /* owned; further lines of text, or "" */
@@ -52,6 +52,8 @@ typedef struct {
     uint32_t *triangle_face;        /* [triangle_count] */
     uint32_t *triangle_object;      /* [triangle_count] */
     uint32_t *triangle_source;      /* [triangle_count] index of the triangle in the soup */
+    uint32_t *triangle_sheets;      /* [triangle_count] 1, or how many triangles of the same corners and material it stands
+                                       for: as many slabs lie there, one on the other */
     uint8_t *triangle_border;       /* [triangle_count] bit i set: the edge from corner i to corner (i+1)%3 is on the
                                        face's border (no triangle of the same face continues across it) */
     size_t face_count;

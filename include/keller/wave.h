@@ -46,6 +46,10 @@ void keller_transmission(const KellerMedium *medium, double cos_incidence, doubl
 /* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident
  * field `e` (transverse to `in`). Returns the reflected field, transverse to the mirrored direction. */
 KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
+/* The field that a slab lets through, in the same direction and against free space in its place: the slab's phase takes
+ * the place of the phase k d cos(theta) of the free space that it fills, so that a slab of air changes nothing, and the
+ * caller's phase goes on over the whole straight ray. Arguments as above; 0 for a half-space or a conductor. */
+KellerCVec3 keller_transmit_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
 
 /* ---- diffraction ---------------------------------------------------------------------------------------------- */
 

@@ -87,6 +87,8 @@ void keller_prepared_free(KellerPrepared *prepared);
 /* The table of what was read and what will be computed, on standard output. */
 void keller_print_configuration(const KellerConfig *config);
 void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes);
+/* A note where transmissions are asked for and no face of the scene lets anything through. */
+void keller_print_opaque(const KellerConfig *config, const KellerScene *scene);
 /* keller_scene_build, whose message names no file: `file` is put before it. */
 KellerStatus keller_build_scene_of(const char *file, const KellerSoup *soup, KellerScene *scene, KellerError *error);
 

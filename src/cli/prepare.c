@@ -128,7 +128,7 @@ void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool n
     if (scene->triangle_count > 0)
         keller_row("box", "(%g, %g, %g) to (%g, %g, %g) m", scene->lower.x, scene->lower.y, scene->lower.z,
                    scene->upper.x, scene->upper.y, scene->upper.z);
-    keller_row("repaired", "%zu vertices welded, %zu degenerate and %zu doubled triangles left out, %zu polygons split",
+    keller_row("repaired", "%zu vertices welded, %zu degenerate triangles left out, %zu doubled ones joined, %zu polygons split",
                r->welded_vertices, r->degenerate, r->duplicate, soup->polygons_split);
     keller_row("edges", "%zu: %zu flat, %zu with one face (%zu of them stand on another face), %zu with more than two",
                r->edges, r->flat_edges, r->boundary_edges, r->contact_edges, r->complex_edges);
@@ -147,4 +147,14 @@ void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool n
             if (length > 0) keller_row("note", "%.*s", (int)(length < 400 ? length : 400), line);
             line += length + (line[length] == '\n');
         }
+}
+
+void keller_print_opaque(const KellerConfig *config, const KellerScene *scene)
+{
+    if (config->transmissions == 0 || scene->face_count == 0) return;
+    for (size_t f = 0; f < scene->face_count; ++f) {
+        const KellerMaterial *m = &scene->materials[scene->faces[f].material];
+        if (m->kind != KELLER_MATERIAL_CONDUCTOR && m->thickness > 0) return;
+    }
+    printf("  note: no wall lets anything through: its material would need a thickness\n");
 }

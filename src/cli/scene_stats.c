@@ -127,7 +127,7 @@ static void print_model(const KellerScene *scene, const Edges *edges)
     printf("repairs\n");
     keller_row("welded vertices", "%zu", r->welded_vertices);
     keller_row("degenerate", "%zu triangles without area, left out", r->degenerate);
-    keller_row("duplicate", "%zu triangles that repeat others, left out", r->duplicate);
+    keller_row("duplicate", "%zu triangles that repeat others, joined with them", r->duplicate);
     printf("mesh, once repaired\n");
     keller_row("triangles", "%zu", scene->triangle_count);
     keller_row("faces", "%zu in %zu planes", scene->face_count, scene->plane_count);

@@ -137,9 +137,9 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
     config->paths_line = keller_xml_line(node);
     static const KellerConfigRange positive = {DBL_MIN, DBL_MAX, "more than 0 dB"};
     KellerStatus status =
-        keller_config_count(reader, node, "reflections", KELLER_MAX_INTERACTIONS, &config->reflections);
+        keller_config_count(reader, node, "reflections", KELLER_MAX_BENDS, &config->reflections);
     if (status == KELLER_OK)
-        status = keller_config_count(reader, node, "diffractions", KELLER_MAX_INTERACTIONS, &config->diffractions);
+        status = keller_config_count(reader, node, "diffractions", KELLER_MAX_BENDS, &config->diffractions);
     if (status == KELLER_OK)
         status = keller_config_count(reader, node, "transmissions", KELLER_MAX_INTERACTIONS, &config->transmissions);
     config->interactions = config->reflections + config->diffractions + config->transmissions;
@@ -150,6 +150,12 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
                                     "reflections, diffractions and transmissions of <paths> add up to %u "
                                     "interactions; expected at most %d, or interactions=\"...\" to bound them",
                                     config->interactions, KELLER_MAX_INTERACTIONS);
+    uint32_t bends = config->reflections + config->diffractions;
+    if (status == KELLER_OK && bends > KELLER_MAX_BENDS && config->interactions > KELLER_MAX_BENDS)
+        status = keller_config_fail(reader, node,
+                                    "reflections and diffractions of <paths> add up to %u; expected at most %d, or "
+                                    "interactions=\"...\" to bound them",
+                                    bends, KELLER_MAX_BENDS);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "dynamic-range", "ratio", &positive, &config->dynamic_range);
     return status;

@@ -192,18 +192,23 @@ static bool number_vertices(KellerBuild *build, size_t point_count, const Keller
     return ok;
 }
 
-/* One of several triangles with the same vertices and material is enough (the object first in order keeps it). */
+/* One of several triangles with the same vertices and material is enough (the object first in order keeps it), if it says
+ * how many it stands for. */
 static bool keep_rows(KellerBuild *build, size_t count, Row *rows, uint32_t *materials)
 {
     KellerScene *scene = build->scene;
     qsort(rows, count, sizeof *rows, by_row);
+    scene->triangle_sheets = keller_mesh_allocate(build, count, sizeof *scene->triangle_sheets);
+    if (!scene->triangle_sheets) return false;
     size_t kept = 0;
     for (size_t r = 0; r < count; r++) {
         const Row *row = &rows[r], *last = kept ? &rows[kept - 1] : NULL;
         if (last && !memcmp(last->vertex, row->vertex, sizeof row->vertex) && last->material == row->material) {
+            scene->triangle_sheets[kept - 1]++;
             scene->report.duplicate++;
             continue;
         }
+        scene->triangle_sheets[kept] = 1;
         rows[kept++] = *row;
     }
     scene->triangles = keller_mesh_allocate(build, kept, sizeof *scene->triangles);

@@ -59,7 +59,7 @@ static bool write_notes(KellerBuild *build)
                          report->degenerate);
     if (report->duplicate)
         used += snprintf(text + used, sizeof text - (size_t)used,
-                         "%zu triangles repeat others of the same material: left out\n", report->duplicate);
+                         "%zu triangles repeat others of the same material: further sheets of these\n", report->duplicate);
     if (report->complex_edges)
         used += snprintf(text + used, sizeof text - (size_t)used, "%zu edges join more than two triangles: kept\n",
                          report->complex_edges);
@@ -135,6 +135,7 @@ void keller_scene_free(KellerScene *scene)
     free(scene->triangle_face);
     free(scene->triangle_object);
     free(scene->triangle_source);
+    free(scene->triangle_sheets);
     free(scene->triangle_border);
     free(scene->faces);
     free(scene->face_triangles);

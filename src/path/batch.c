@@ -6,19 +6,7 @@
 
 #include "base/number.h"
 
-static double delay_of(const KellerPath *p) { return p->length / KELLER_LIGHT_SPEED; }
-
-static int compare_paths(const void *pa, const void *pb)
-{
-    const KellerPath *a = pa, *b = pb;
-    if (a->length != b->length) return a->length < b->length ? -1 : 1;
-    if (a->count != b->count) return a->count < b->count ? -1 : 1;
-    for (uint32_t i = 0; i < a->count; i++) {
-        if (a->step[i].kind != b->step[i].kind) return a->step[i].kind < b->step[i].kind ? -1 : 1;
-        if (a->step[i].id != b->step[i].id) return a->step[i].id < b->step[i].id ? -1 : 1;
-    }
-    return 0;
-}
+static double delay_of(double length) { return length / KELLER_LIGHT_SPEED; }
 
 static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
 
@@ -27,7 +15,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
     size_t n = pair->paths.count, F = c->config->frequency_count;
     const KellerStation *t = &c->config->transmitters[tx].station, *r = &c->config->receivers[rx].station;
     if (n == 0) return true;
-    qsort(pair->paths.items, n, sizeof *pair->paths.items, compare_paths);
+    path_list_sort(&pair->paths);
     pair->gain = malloc(n * F * sizeof *pair->gain);
     pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
     double *strongest = calloc(F, sizeof *strongest);
@@ -36,13 +24,14 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         return false;
     }
     for (size_t i = 0; i < n; i++) {
-        const KellerPath *p = &pair->paths.items[i];
+        KellerPath p;
+        path_list_get(&pair->paths, i, &p);
         double complex ft[2], fr[2];
-        keller_antenna_field(&t->antenna, t->orientation, p->leg[0], &ft[0], &ft[1]);
-        keller_antenna_field(&r->antenna, r->orientation, v3_scale(p->leg[p->count], -1), &fr[0], &fr[1]);
+        keller_antenna_field(&t->antenna, t->orientation, p.leg[0], &ft[0], &ft[1]);
+        keller_antenna_field(&r->antenna, r->orientation, v3_scale(p.leg[p.count], -1), &fr[0], &fr[1]);
         for (size_t f = 0; f < F; f++) {
             double complex *m = &pair->transfer[(i * F + f) * 4];
-            keller_path_transfer(c->scene, p, t->position, c->config->frequencies[f],
+            keller_path_transfer(c->scene, &p, t->position, c->config->frequencies[f],
                                  c->media + f * c->scene->material_count, m);
             double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
             pair->gain[i * F + f] = g;
@@ -70,7 +59,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
 
 void pair_free(PairResult *pair)
 {
-    free(pair->paths.items);
+    path_list_free(&pair->paths);
     free(pair->gain);
     free(pair->transfer);
     memset(pair, 0, sizeof *pair);
@@ -120,13 +109,14 @@ bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32
     if (pair->paths.count == 0) return true;
     if (!reserve(b, b->count + pair->paths.count, interactions, F)) return false;
     for (size_t i = 0; i < pair->paths.count; i++) {
-        const KellerPath *p = &pair->paths.items[i];
+        KellerPath path, *p = &path;
+        path_list_get(&pair->paths, i, p);
         size_t at = b->count++;
         KellerVec3 back = v3_scale(p->leg[p->count], -1);
         b->tx[at] = tx;
         b->rx[at] = rx;
         b->length[at] = p->length;
-        b->delay[at] = delay_of(p);
+        b->delay[at] = delay_of(p->length);
         keller_angles(p->leg[0], &b->departure[at][0], &b->departure[at][1]);
         keller_angles(back, &b->arrival[at][0], &b->arrival[at][1]);
         /* approaching ends shorten the path: positive shift */
@@ -208,7 +198,7 @@ void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
     }
     double total = 0, mean = 0, spread = 0, most = -1, at = 0;
     for (size_t i = 0; i < n; i++) {
-        double p = power(pair->gain[i * F]), delay = delay_of(&pair->paths.items[i]);
+        double p = power(pair->gain[i * F]), delay = delay_of(pair->paths.items[i].length);
         total += p;
         mean += p * delay;
         if (p > most) most = p, at = delay;
@@ -216,7 +206,7 @@ void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
     if (!(total > 0)) return;
     mean /= total;
     for (size_t i = 0; i < n; i++) {
-        double d = delay_of(&pair->paths.items[i]) - mean;
+        double d = delay_of(pair->paths.items[i].length) - mean;
         spread += power(pair->gain[i * F]) * d * d;
     }
     c->strongest_delay[cell] = at;

@@ -49,6 +49,9 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
         if (path->step[i].kind == KELLER_REFLECTION) {
             const KellerFace *f = &scene->faces[path->step[i].id];
             for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
+        } else if (path->step[i].kind == KELLER_TRANSMISSION) {
+            const KellerFace *f = &scene->faces[path->step[i].id];
+            for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
         } else {
             const KellerWedge *w = &scene->wedges[path->step[i].id];
             KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};

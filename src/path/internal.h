@@ -32,24 +32,75 @@ bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack);
 /* True if the wedge's edge lies in a plane of that id. */
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);
 
-/* Is the straight leg from a to b free of the scene's triangles? Planes listed in skip_a/skip_b (ids as in KellerFace)
- * hold a or b and do not block. strict: hits on edges are decided by sign alone, each for exactly one side. Else a leg
- * that only grazes edges (within KELLER_BOUNDARY_ANGLE, or rounding) counts as free and *grazes is set. */
-bool path_leg_free(const KellerScene *scene, const KellerAccel *accel, KellerVec3 a, KellerVec3 b, const uint32_t *skip_a,
-                   size_t skip_a_count, const uint32_t *skip_b, size_t skip_b_count, bool strict, bool *grazes,
-                   KellerAccelWork *work);
+/* True if the face is a slab, which a ray may pass through; a half-space and a conductor let nothing through. */
+bool path_lets_through(const KellerScene *scene, uint32_t face);
 
-/* Paths found for one receiver. */
+/* A slab that a leg passes through. */
 typedef struct {
-    KellerPath *items;
+    uint32_t leg;               /* number of the leg */
+    uint32_t face, triangle;
+    uint32_t at;                /* face whose plane says where: the first one in the plane that the leg passes through */
+} Crossing;
+
+typedef struct {
+    uint32_t most;              /* allowed, <= KELLER_MAX_INTERACTIONS */
+    uint32_t count;
+    Crossing at[KELLER_MAX_INTERACTIONS];   /* in order along the path */
+} Crossings;
+
+/* Where the line from a to b, at *t of the way, crosses the face's plane: the end or start where that is beyond it. */
+KellerVec3 path_crossing(const KellerScene *scene, uint32_t face, KellerVec3 a, KellerVec3 b, double *t);
+
+/* A straight leg from a to b. Planes listed in skip[0], skip[1] (ids as in KellerFace) hold a or b: what is in them is not in
+ * the way. strict: hits on edges are decided by sign alone, each for exactly one side. Else a leg that only grazes edges
+ * (within KELLER_BOUNDARY_ANGLE, or rounding) counts as free of their triangles. */
+typedef struct {
+    uint32_t number;
+    KellerVec3 a, b;
+    const uint32_t *skip[2];
+    size_t skip_count[2];
+    bool strict;
+} PathLeg;
+
+/* Appends every slab that the leg passes through, in order along it: a face once, where the leg crosses one of its inner
+ * edges too, but each of coincident faces, and of coincident sheets of one face. False if the leg is blocked: by what
+ * lets nothing through, or by more slabs than are allowed; then what was appended means nothing. *grazes is set where an
+ * edge was grazed. */
+bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const PathLeg *leg, Crossings *crossings, bool *grazes,
+                     KellerAccelWork *work);
+
+/* ---- lists of paths ----------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    KellerVec3 leg, position;   /* the leg before the interaction; behind the last one a node with only its leg */
+    KellerStep step;
+    uint32_t triangle;
+} PathNode;
+
+typedef struct {
+    double length, weight;
+    size_t begin;               /* into the nodes: count + 1 of them */
+    uint32_t count;
+} PathItem;
+
+/* Paths found for one receiver, packed: KellerPath has room for more interactions than nearly any path has. */
+typedef struct {
+    PathItem *items;
     size_t count, capacity;
+    PathNode *nodes;
+    size_t node_count, node_capacity;
 } PathList;
+
+/* false: out of memory */
+bool path_list_push(PathList *list, const KellerPath *path);
+bool path_list_append(PathList *to, const PathList *from);
+void path_list_get(const PathList *list, size_t index, KellerPath *path);
+/* By length, then by the steps. */
+void path_list_sort(PathList *list);
+void path_list_free(PathList *list);
 
 /* In a corner of faces whose reflections commute, a wave exactly on the diagonal meets them in either order: two sequences,
  * one image, each with its share of the weight. They become one path (SPEC 1). */
 void path_list_merge_corners(const KellerScene *scene, PathList *list);
-
-/* false: out of memory */
-bool path_list_push(PathList *list, const KellerPath *path);
 
 #endif

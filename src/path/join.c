@@ -4,15 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = KELLER_MAX_INTERACTIONS };
+enum { MOST = KELLER_MAX_BENDS };
 
-void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids,
-               TreeLimits *forward, TreeLimits *backward)
+void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t bends, bool grids, TreeLimits *forward,
+               TreeLimits *backward)
 {
     memset(forward->want, 0, sizeof forward->want);
     memset(backward->want, 0, sizeof backward->want);
-    uint32_t half = (interactions + 1) / 2;
-    for (uint32_t k = 1; k <= interactions; k++)
+    uint32_t half = (bends + 1) / 2;
+    for (uint32_t k = 1; k <= bends; k++)
         for (uint32_t w = 0; w <= k; w++) { /* place of the wedge, counted from the receiver */
             if (k - (w > 0) > reflections || (w > 0) > diffractions) continue;
             uint32_t m = k < half ? k : half; /* the common step, counted from the receiver */
@@ -98,6 +98,18 @@ static void step_of(StepCode code, KellerStep *step)
     *step = (KellerStep){code_is_wedge(code) ? KELLER_DIFFRACTION : KELLER_REFLECTION, code_id(code)};
 }
 
+static bool keep(void *list, const KellerPath *path) { return path_list_push(list, path); }
+
+/* Finds the paths of one sequence; false: out of memory. */
+static bool solve_sequence(const JoinLimits *l, KellerVec3 tx, KellerVec3 rx, uint32_t count, const KellerStep *steps,
+                           PathList *list, JoinWork *work)
+{
+    uint32_t left = l->interactions - count;
+    work->candidates++;
+    return keller_path_solve(l->scene, l->accel, tx, rx, count, steps, left < l->transmissions ? left : l->transmissions,
+                             keep, list, &work->accel);
+}
+
 /* All pairs of one forward sequence with the backward sequences of its meeting. */
 static bool solve_row(const Job *job, uint32_t forward_index, const Meeting *m, PathList *lists, JoinWork *work)
 {
@@ -110,21 +122,9 @@ static bool solve_row(const Job *job, uint32_t forward_index, const Meeting *m, 
     for (uint32_t j = m->b0; j < m->b1; j++) {
         trie_steps(job->backward.trie, job->backward.list->nodes[j], tail);
         for (uint32_t i = 0; i + 1 < b; i++) step_of(tail[b - 2 - i], &steps[a + i]);
-        for (uint32_t r = 0; r < job->receivers; r++) {
-            KellerPath path;
-            work->candidates++;
-            if (keller_path_solve(l->scene, l->accel, job->tx, job->rx[r], k, steps, &path, &work->accel) &&
-                !path_list_push(&lists[r], &path))
-                return false;
-        }
+        for (uint32_t r = 0; r < job->receivers; r++)
+            if (!solve_sequence(l, job->tx, job->rx[r], k, steps, &lists[r], work)) return false;
     }
-    return true;
-}
-
-static bool append(PathList *to, const PathList *from)
-{
-    for (size_t i = 0; i < from->count; i++)
-        if (!path_list_push(to, &from->items[i])) return false;
     return true;
 }
 
@@ -150,13 +150,13 @@ static bool solve_meetings(const Job *job, const Meeting *meetings, size_t count
         }
 #pragma omp critical(keller_join)
         {
-            for (uint32_t r = 0; own_ok && r < job->receivers; r++) own_ok = append(&lists[r], &own[r]);
+            for (uint32_t r = 0; own_ok && r < job->receivers; r++) own_ok = path_list_append(&lists[r], &own[r]);
             ok = ok && own_ok;
             work->candidates += own_work.candidates;
             work->accel.nodes += own_work.accel.nodes;
             work->accel.triangles += own_work.accel.triangles;
         }
-        for (uint32_t r = 0; own && r < job->receivers; r++) free(own[r].items);
+        for (uint32_t r = 0; own && r < job->receivers; r++) path_list_free(&own[r]);
         free(own);
     }
     return ok;
@@ -166,13 +166,9 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
                        const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error)
 {
     bool ok = true;
-    for (uint32_t r = 0; r < count && ok; r++) { /* line of sight */
-        KellerPath path;
-        work->candidates++;
-        if (keller_path_solve(limits->scene, limits->accel, tx, rx[r], 0, NULL, &path, &work->accel))
-            ok = path_list_push(&lists[r], &path);
-    }
-    for (uint32_t k = 1; k <= limits->interactions && ok; k++)
+    for (uint32_t r = 0; r < count && ok; r++) /* line of sight */
+        ok = solve_sequence(limits, tx, rx[r], 0, NULL, &lists[r], work);
+    for (uint32_t k = 1; k <= limits->bends && ok; k++)
         for (uint32_t w = 0; w <= k && ok; w++) { /* place of the wedge, 0: none */
             if (k - (w > 0) > limits->reflections || (w > 0) > limits->diffractions) continue;
             Job best = {.limits = limits, .tx = tx, .receivers = count, .rx = rx};

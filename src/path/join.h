@@ -7,13 +7,14 @@
 typedef struct {
     TreeLimits limits;
     Trie trie;
-    TrieList lists[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1]; /* [length][place of the wedge], as wanted */
+    TrieList lists[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1]; /* [length][place of the wedge], as wanted */
 } Ends;
 
 typedef struct {
     const KellerScene *scene;
     const KellerAccel *accel;
-    uint32_t reflections, diffractions, interactions;
+    uint32_t reflections, diffractions, transmissions, interactions;   /* interactions: of all kinds together */
+    uint32_t bends;             /* reflections and diffractions together */
     uint32_t threads;           /* for one join */
 } JoinLimits;
 
@@ -30,7 +31,7 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
 /* Who searches what, so that for every kind of path the two ends meet. For points they meet at the wedge, so that neither
  * has to fan out from one, or in the middle of reflections. For grids the receivers' side goes at most half the way and the
  * transmitter's, whose tree serves all patches, does the rest and fans out from wedges. */
-void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t interactions, bool grids, TreeLimits *forward,
+void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t bends, bool grids, TreeLimits *forward,
                TreeLimits *backward);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,

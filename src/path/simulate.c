@@ -37,14 +37,17 @@ typedef struct {
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
 
+/* Reflections and diffractions that one path may have together. */
+static uint32_t longest_sequence(const KellerConfig *config)
+{
+    uint32_t orders = config->reflections + config->diffractions;
+    return config->interactions < orders ? config->interactions : orders;
+}
+
 KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
 {
     const char *file = config->file;
     int line = config->paths_line;
-    if (config->transmissions > 0)
-        return keller_error(error, KELLER_BAD_INPUT,
-                            "%s:%d: transmissions=\"%u\" is not computed by this version; expected transmissions=\"0\"",
-                            file, line, config->transmissions);
     if (config->diffractions > 1)
         return keller_error(error, KELLER_BAD_INPUT,
                             "%s:%d: diffractions=\"%u\" is more than this version computes; expected 0 or 1", file, line,
@@ -52,6 +55,12 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
     if (config->interactions > KELLER_MAX_INTERACTIONS)
         return keller_error(error, KELLER_BAD_INPUT, "%s:%d: interactions=\"%u\" is too many; expected at most %d", file,
                             line, config->interactions, KELLER_MAX_INTERACTIONS);
+    uint32_t bends = longest_sequence(config);
+    if (bends > KELLER_MAX_BENDS)
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s:%d: up to %u reflections and diffractions on one path are too many; expected at most %d, or "
+                            "interactions=\"...\" to bound them",
+                            file, line, bends, KELLER_MAX_BENDS);
     for (size_t f = 0; f < config->frequency_count; f++) {
         KellerMedium *media;
         KellerError inner;
@@ -247,7 +256,8 @@ static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVe
                                    KellerAccel **accel, KellerError *error)
 {
     TreeLimits limits = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(s->config->cone),
-                         .split_over = s->config->split_over};
+                         .split_over = s->config->split_over, .transmissions = s->join.transmissions,
+                         .interactions = s->join.interactions};
     limits.want[1][1] = true;
     uint8_t *seen = calloc(s->scene->wedge_count + 1, sizeof *seen);
     uint32_t *wedges = malloc((s->scene->wedge_count + 1) * sizeof *wedges), n = 0;
@@ -274,7 +284,7 @@ static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *err
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
-    if (c->diffractions == 0 || s->join.interactions < 2) return KELLER_OK;
+    if (c->diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
     for (size_t i = 0; i < c->set_count; i++) {
         if (c->sets[i].kind == KELLER_SET_GRID) continue;
@@ -299,14 +309,14 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
 {
     const KellerConfig *c = s->config;
     TreeLimits forward = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(c->cone),
-                          .split_over = c->split_over,
-                          .target_length = s->join.interactions};
+                          .split_over = c->split_over, .transmissions = s->join.transmissions,
+                          .interactions = s->join.interactions, .target_length = s->join.bends};
     TreeWork work = {0};
     double start = omp_get_wtime();
     s->backward = forward;
     KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
     if (status != KELLER_OK) return status;
-    plan_ends(c->reflections, c->diffractions, s->join.interactions, grids, &forward, &s->backward);
+    plan_ends(c->reflections, c->diffractions, s->join.bends, grids, &forward, &s->backward);
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
     status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
@@ -348,13 +358,12 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     KellerMedium *media;
     status = keller_media_table(scene, config->frequency_count, config->frequencies, &media, error);
     if (status != KELLER_OK) return status;
-    uint32_t orders = config->reflections + config->diffractions;
     Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
     s.total = (uint64_t)config->transmitter_count * config->receiver_count;
     s.join = (JoinLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
-                          .diffractions = config->diffractions,
-                          .interactions = config->interactions < orders ? config->interactions : orders};
+                          .diffractions = config->diffractions, .transmissions = config->transmissions,
+                          .interactions = config->interactions, .bends = longest_sequence(config)};
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);

@@ -1,6 +1,5 @@
 /* Exact paths: mirror images for the faces, Fermat's point on the wedge in closed form, then validity. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "path/internal.h"
 #include "base/number.h"
@@ -173,13 +172,15 @@ static bool runs_along_border(const KellerScene *scene, const KellerAccel *accel
     return keller_accel_segment(accel, v3_sub(r.p, n), v3_add(r.p, n), 4 * rounding, visit_rim, &r, work);
 }
 
-/* Solves a sequence. strict: every decision by sign alone. Else what is too close to call counts as a path and *boundary is
- * set: a reflection at a face's border or in the corner of two faces, a leg that grazes an edge. */
+/* Solves a sequence; the slabs on its legs are appended to the crossings and not yet steps of the path. strict: every decision
+ * by sign alone. Else what is too close to call counts as a path and *boundary is set: a reflection at a face's border or in
+ * the corner of two faces, a leg that grazes an edge. */
 static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                  const KellerStep *steps, bool strict, KellerPath *path, bool *boundary, KellerAccelWork *work)
+                  const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
+                  KellerAccelWork *work)
 {
-    KellerVec3 image[KELLER_MAX_INTERACTIONS + 1], back[KELLER_MAX_INTERACTIONS], forth[KELLER_MAX_INTERACTIONS];
-    uint32_t faces[KELLER_MAX_INTERACTIONS];
+    KellerVec3 image[KELLER_MAX_BENDS + 1], back[KELLER_MAX_BENDS], forth[KELLER_MAX_BENDS];
+    uint32_t faces[KELLER_MAX_BENDS];
     size_t edge = count; /* position of the diffraction; count if there is none */
     for (size_t i = 0; i < count; i++) {
         if (steps[i].kind != KELLER_DIFFRACTION) continue;
@@ -209,7 +210,7 @@ static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3
         const KellerWedge *w = &scene->wedges[steps[edge].id];
         KellerVec3 target = rx;
         size_t after = count - edge - 1;
-        KellerVec3 rx_image[KELLER_MAX_INTERACTIONS];
+        KellerVec3 rx_image[KELLER_MAX_BENDS];
         for (size_t i = after; i-- > 0;) { /* rx_image[i]: receiver mirrored in steps edge+1+i and later */
             const KellerFace *f = &scene->faces[steps[edge + 1 + i].id];
             target = v3_mirror_point(target, f->normal, f->offset);
@@ -236,7 +237,7 @@ static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3
         s_in = v3_norm(along_in);
         if (!(s_in > rounding)) return false; /* receiver and (image of the) transmitter coincide */
     }
-    KellerVec3 reversed[KELLER_MAX_INTERACTIONS];
+    KellerVec3 reversed[KELLER_MAX_BENDS];
     for (size_t i = 0; i < before; i++) {
         faces[i] = steps[before - 1 - i].id;
         reversed[i] = image[before - i];
@@ -264,7 +265,7 @@ static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3
 
     /* validity, cheap things first */
     path->weight = 1;
-    bool border[KELLER_MAX_INTERACTIONS] = {false};
+    bool border[KELLER_MAX_BENDS] = {false};
     double walked = 0;
     KellerVec3 last = tx;
     for (size_t i = 0; i < count; i++) {
@@ -292,121 +293,171 @@ static bool solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3
         if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
         if (runs_along_border(scene, accel, path, i, rounding, work)) return false;
     }
-    const uint32_t *skip = NULL;
-    size_t skip_count = 0;
-    last = tx;
+    PathLeg leg = {.b = tx, .strict = strict};
     for (size_t i = 0; i <= count; i++) {
-        const uint32_t *next = NULL;
-        size_t next_count = 0;
+        leg.number = (uint32_t)i;
+        leg.a = leg.b;
+        leg.b = i < count ? path->position[i] : rx;
+        leg.skip[0] = leg.skip[1];
+        leg.skip_count[0] = leg.skip_count[1];
+        leg.skip_count[1] = 0;
         if (i < count && i == edge) {
             const KellerWedge *w = &scene->wedges[steps[i].id];
-            next = scene->wedge_planes + w->plane_begin;
-            next_count = w->plane_end - w->plane_begin;
+            leg.skip[1] = scene->wedge_planes + w->plane_begin;
+            leg.skip_count[1] = w->plane_end - w->plane_begin;
         } else if (i < count) {
-            next = &scene->faces[steps[i].id].plane;
-            next_count = 1;
+            leg.skip[1] = &scene->faces[steps[i].id].plane;
+            leg.skip_count[1] = 1;
         }
-        KellerVec3 to = i < count ? path->position[i] : rx;
-        if (!path_leg_free(scene, accel, last, to, skip, skip_count, next, next_count, strict, boundary, work)) return false;
-        last = to;
-        skip = next;
-        skip_count = next_count;
+        if (!path_leg_passes(scene, accel, &leg, crossings, boundary, work)) return false;
     }
     return true;
+}
+
+/* The path with its transmissions as steps among the others. */
+static void insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,
+                   KellerPath *whole)
+{
+    uint32_t n = 0, next = 0;
+    whole->length = path->length;
+    whole->weight = path->weight;
+    for (uint32_t i = 0; i <= path->count; i++) {
+        KellerVec3 a = i > 0 ? path->position[i - 1] : tx, b = i < path->count ? path->position[i] : rx;
+        for (; next < crossings->count && crossings->at[next].leg == i; next++) {
+            const Crossing *c = &crossings->at[next];
+            double t;
+            whole->leg[n] = path->leg[i];
+            whole->step[n] = (KellerStep){KELLER_TRANSMISSION, c->face};
+            whole->triangle[n] = c->triangle;
+            whole->position[n++] = path_crossing(scene, c->at, a, b, &t);
+        }
+        whole->leg[n] = path->leg[i];
+        if (i == path->count) break;
+        whole->step[n] = path->step[i];
+        whole->triangle[n] = path->triangle[i];
+        whole->position[n++] = path->position[i];
+    }
+    whole->count = n;
+}
+
+/* ---- on a boundary ----------------------------------------------------------------------------------------------- */
+
+enum { DIRECTIONS = 4, AROUND = 8 * DIRECTIONS };
+
+/* The ways through slabs that positions around the ends see, and how many see each. */
+typedef struct {
+    uint32_t all;               /* positions */
+    uint32_t count;
+    uint32_t seen[AROUND];
+    Crossings way[AROUND];
+} Surroundings;
+
+static bool same_way(const Crossings *a, const Crossings *b)
+{
+    if (a->count != b->count) return false;
+    for (uint32_t i = 0; i < a->count; i++)
+        if (a->at[i].leg != b->at[i].leg || a->at[i].face != b->at[i].face) return false;
+    return true;
+}
+
+/* The last of the ways has been written: keep it if it is new. Of the triangles of a face that meet at the boundary, the first
+ * stands for all. */
+static void see(Surroundings *s)
+{
+    const Crossings *fresh = &s->way[s->count];
+    for (uint32_t i = 0; i < s->count; i++) {
+        if (!same_way(&s->way[i], fresh)) continue;
+        s->seen[i]++;
+        for (uint32_t j = 0; j < fresh->count; j++)
+            if (fresh->at[j].triangle < s->way[i].at[j].triangle) s->way[i].at[j].triangle = fresh->at[j].triangle;
+        return;
+    }
+    s->seen[s->count++] = 1;
+}
+
+/* Directions in which a path leaves the transmitter and comes to the receiver. A station on the mirror has a leg of no length,
+ * which would lead through it. */
+static void ways_at_ends(KellerVec3 tx, KellerVec3 rx, const KellerPath *path, double rounding, KellerVec3 *ahead,
+                         KellerVec3 *last)
+{
+    KellerVec3 a = tx;
+    bool found = false;
+    for (uint32_t i = 0; i <= path->count; i++) {
+        KellerVec3 b = i < path->count ? path->position[i] : rx;
+        if (v3_distance(a, b) > rounding) {
+            if (!found) *ahead = path->leg[i];
+            *last = path->leg[i];
+            found = true;
+        }
+        a = b;
+    }
 }
 
 /* On a boundary of the path exactly: the share of surrounding positions of its two ends for which it exists. The positions
  * come in opposite pairs, so that on one smooth boundary it is one half to the last bit, and the same set serves the
  * exchanged path. They lie far enough away to be beyond rounding, and too near for anything else to change; those that a
  * station on a surface has behind that surface are left out. */
-static double share_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                           const KellerStep *steps, const KellerPath *path, KellerAccelWork *work)
+static void look_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                        const KellerStep *steps, uint32_t transmissions, const KellerPath *path, Surroundings *s,
+                        KellerAccelWork *work)
 {
-    static const KellerVec3 around[] = {
+    static const KellerVec3 around[DIRECTIONS] = {
         {0.4118, 0.6903, 0.5949}, {-0.7442, 0.2887, 0.6024}, {0.1621, -0.5353, 0.8290}, {0.8863, -0.3617, 0.2893}};
-    enum { AROUND = sizeof around / sizeof *around };
-    double step = around_step(scene, path, greater(path_rounding(scene, tx), path_rounding(scene, rx)));
-    int exist = 0, all = 0;
-    for (int i = 0; i < AROUND * 8; i++) {
-        int j = i / 8, k = (j + 1) % AROUND;
+    double rounding = greater(path_rounding(scene, tx), path_rounding(scene, rx)), step = around_step(scene, path, rounding);
+    KellerVec3 ahead = path->leg[0], last = path->leg[path->count];
+    ways_at_ends(tx, rx, path, rounding, &ahead, &last);
+    s->all = s->count = 0;
+    for (int i = 0; i < AROUND; i++) {
+        int j = i / 8, k = (j + 1) % DIRECTIONS;
         if (i & 4) { /* exchanged */
             int swap = j;
             j = k;
             k = swap;
         }
         KellerVec3 t = v3_madd(tx, around[j], i & 1 ? step : -step), r = v3_madd(rx, around[k], i & 2 ? step : -step);
-        KellerVec3 t_ahead = v3_madd(tx, path->leg[0], 10 * step), r_back = v3_madd(rx, path->leg[path->count], -10 * step);
+        PathLeg t_ahead = {.a = t, .b = v3_madd(tx, ahead, 10 * step), .strict = true};
+        PathLeg r_back = {.a = r, .b = v3_madd(rx, last, -10 * step), .strict = true};
         bool grazes;
-        if (!path_leg_free(scene, accel, t, t_ahead, NULL, 0, NULL, 0, true, &grazes, work) ||
-            !path_leg_free(scene, accel, r, r_back, NULL, 0, NULL, 0, true, &grazes, work))
+        Crossings none = {.most = 0};
+        if (!path_leg_passes(scene, accel, &t_ahead, &none, &grazes, work) ||
+            !path_leg_passes(scene, accel, &r_back, &none, &grazes, work))
             continue;
         KellerPath other;
         bool boundary = false;
-        all++;
-        exist += solve(scene, accel, t, r, count, steps, true, &other, &boundary, work);
+        s->all++;
+        s->way[s->count].most = transmissions;
+        s->way[s->count].count = 0;
+        if (solve(scene, accel, t, r, count, steps, true, &other, &s->way[s->count], &boundary, work)) see(s);
     }
-    return all > 0 ? (double)exist / all : 0;
+}
+
+static bool solve_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                         const KellerStep *steps, uint32_t transmissions, KellerPath *path, KellerPathFound found,
+                         void *context, KellerAccelWork *work)
+{
+    Surroundings s;
+    look_around(scene, accel, tx, rx, count, steps, transmissions, path, &s, work);
+    for (uint32_t i = 0; i < s.count; i++) {
+        KellerPath whole;
+        path->weight = (double)s.seen[i] / s.all;
+        insert(scene, tx, rx, path, &s.way[i], &whole);
+        if (!found(context, &whole)) return false;
+    }
+    return true;
 }
 
 bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                       const KellerStep *steps, KellerPath *path, KellerAccelWork *work)
+                       const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
+                       KellerAccelWork *work)
 {
     bool boundary = false;
-    if (!solve(scene, accel, tx, rx, count, steps, false, path, &boundary, work)) return false;
-    if (boundary) path->weight = share_around(scene, accel, tx, rx, count, steps, path, work);
-    return path->weight > 0;
-}
-
-/* One image, reached through the same points, in planes that take turns otherwise. (Halves of one reflection in two coplanar
- * faces that meet there are not that: each has its own material.) */
-static bool same_image(const KellerScene *scene, const KellerPath *a, const KellerPath *b)
-{
-    uint32_t n = a->count;
-    double near = KELLER_BOUNDARY_ANGLE * a->length;
-    bool turns = false;
-    if (n != b->count || fabs(a->length - b->length) > near || v3_distance(a->leg[0], b->leg[0]) > KELLER_BOUNDARY_ANGLE ||
-        v3_distance(a->leg[n], b->leg[n]) > KELLER_BOUNDARY_ANGLE)
-        return false;
-    for (uint32_t i = 0; i < n; i++) {
-        KellerStep s = a->step[i], t = b->step[i];
-        if (s.kind != t.kind || v3_distance(a->position[i], b->position[i]) > near) return false;
-        if (s.kind == KELLER_REFLECTION) turns = turns || scene->faces[s.id].plane != scene->faces[t.id].plane;
-        else if (s.id != t.id) return false;
-    }
-    return turns;
-}
-
-static bool precedes(const KellerPath *a, const KellerPath *b)
-{
-    for (uint32_t i = 0; i < a->count; i++)
-        if (a->step[i].id != b->step[i].id) return a->step[i].id < b->step[i].id;
-    return false;
-}
-
-void path_list_merge_corners(const KellerScene *scene, PathList *list)
-{
-    for (size_t i = 0; i < list->count; i++) {
-        if (list->items[i].weight >= 1) continue;
-        for (size_t j = i + 1; j < list->count; j++) {
-            KellerPath *a = &list->items[i], *b = &list->items[j];
-            if (b->weight >= 1 || !same_image(scene, a, b)) continue;
-            double weight = lesser(a->weight + b->weight, 1);
-            if (precedes(b, a)) *a = *b;
-            a->weight = weight;
-            list->items[j--] = list->items[--list->count];
-        }
-    }
-}
-
-bool path_list_push(PathList *list, const KellerPath *path)
-{
-    if (list->count == list->capacity) {
-        size_t more = list->capacity ? 2 * list->capacity : 16;
-        KellerPath *items = realloc(list->items, more * sizeof *items);
-        if (!items) return false;
-        list->items = items;
-        list->capacity = more;
-    }
-    list->items[list->count++] = *path;
-    return true;
+    KellerPath path, whole;
+    Crossings crossings;
+    crossings.most = transmissions;
+    crossings.count = 0;
+    if (!solve(scene, accel, tx, rx, count, steps, false, &path, &crossings, &boundary, work)) return true;
+    if (boundary) return solve_around(scene, accel, tx, rx, count, steps, transmissions, &path, found, context, work);
+    if (crossings.count == 0) return found(context, &path);
+    insert(scene, tx, rx, &path, &crossings, &whole);
+    return found(context, &whole);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "path/slabs.h"
 
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
@@ -29,6 +30,7 @@ typedef struct {
     double window[2][2];        /* [X or Y][low, high] of d.X/d.Z and d.Y/d.Z */
     uint32_t mirror;            /* face it was last reflected in, or KELLER_NONE */
     uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
+    uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
 } Beam;
 
 typedef struct {
@@ -46,7 +48,7 @@ typedef struct {
 
 typedef struct {
     const TreeLimits *limits;
-    Use use[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1];
+    Use use[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1];
     Trie trie;
     TreeWork work;
     bool failed;
@@ -61,6 +63,7 @@ typedef struct {
     double start_near, start_far;   /* z where rays of the beam start */
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
     double far;                     /* nothing beyond this can be seen */
+    Slabs slabs;
     bool may_split, too_much;
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
@@ -150,6 +153,18 @@ static double stop_if_much(Query *q)
     return q->far;
 }
 
+/* The array with room for one more; as it was, and the search failed, without memory. */
+static void *with_room(Query *q, void *array, uint32_t count, uint32_t *capacity, size_t size)
+{
+    if (count < *capacity) return array;
+    uint32_t more = *capacity ? 2 * *capacity : 32;
+    void *grown = realloc(array, more * size);
+    q->search->failed = q->search->failed || !grown;
+    if (!grown) return array;
+    *capacity = more;
+    return grown;
+}
+
 static double visit_triangle(void *context, uint32_t id, KellerRange range)
 {
     Query *q = context;
@@ -174,16 +189,8 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
         }
         return q->far;
     }
-    if (q->faces == q->face_capacity) {
-        uint32_t more = q->face_capacity ? 2 * q->face_capacity : 32;
-        HitFace *grown = realloc(q->face, more * sizeof *grown);
-        if (!grown) {
-            s->failed = true;
-            return -INFINITY;
-        }
-        q->face = grown;
-        q->face_capacity = more;
-    }
+    q->face = with_room(q, q->face, q->faces, &q->face_capacity, sizeof *q->face);
+    if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
     s->slot[face] = q->faces;
     HitFace *h = &q->face[q->faces++];
@@ -191,7 +198,8 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     h->near = range.near;
     memcpy(h->bounds, bounds, sizeof bounds);
     double far;
-    if (face_blocks(q, scene, face, &far)) q->far = lesser(q->far, far);
+    if (face_blocks(q, scene, face, &far))
+        q->far = lesser(q->far, path_lets_through(scene, face) ? slabs_add(&q->slabs, far) : far);
     return stop_if_much(q);
 }
 
@@ -230,27 +238,20 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     double bounds[2][2];
     slope_bounds(q->beam, 2, ends, bounds);
     if (!overlap(q->beam, bounds) || !arrives(q->beam, w)) return q->far;
-    if (q->wedges == q->wedge_capacity) {
-        uint32_t more = q->wedge_capacity ? 2 * q->wedge_capacity : 32;
-        uint32_t *grown = realloc(q->wedge, more * sizeof *grown);
-        if (!grown) {
-            q->search->failed = true;
-            return -INFINITY;
-        }
-        q->wedge = grown;
-        q->wedge_capacity = more;
-    }
+    q->wedge = with_room(q, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
+    if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
     return stop_if_much(q);
 }
 
 /* ---- what a beam becomes ------------------------------------------------------------------------------------------- */
 
-static void reflect(Search *s, const Beam *beam, const HitFace *hit, uint32_t node)
+static void reflect(Search *s, const Query *q, const HitFace *hit, uint32_t node)
 {
     const KellerFace *f = &s->limits->scene->faces[hit->face];
-    Beam b = *beam;
+    Beam b = *q->beam;
     b.node = node;
+    b.passed += slabs_before(&q->slabs, hit->near);
     b.mirror = hit->face;
     b.wedge = KELLER_NONE;
     for (uint32_t i = 0; i < b.source_count; i++) b.source[i] = v3_mirror_point(b.source[i], f->normal, f->offset);
@@ -298,7 +299,8 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
             double beta_b = beta[0] + (beta[1] - beta[0]) * (c / cells + 1) / slices;
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
-            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge};
+            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge,
+                      .passed = q->beam->passed + slabs_before(&q->slabs, met.near)};
             b.source[0] = v3_madd(w->origin, w->direction, za);
             b.source[1] = v3_madd(w->origin, w->direction, zb);
             b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
@@ -386,6 +388,10 @@ static void process(Search *s, const Beam *beam)
     }
     const TrieNode at = s->trie.nodes[beam->node];
     const Use use = s->use[at.length][at.wedge_at];
+    uint32_t together = l->interactions - (at.length + 1u); /* the next step is none of them */
+    q.slabs.most = l->transmissions < together ? l->transmissions : together;
+    if (beam->passed > q.slabs.most) return;
+    q.slabs.most -= beam->passed;
     bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */
@@ -406,7 +412,7 @@ static void process(Search *s, const Beam *beam)
             if (q.face[i].near > q.far) continue;
             uint32_t node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
             if (node == KELLER_NONE) s->failed = true;
-            else if (after_face.face || after_face.wedge) reflect(s, beam, &q.face[i], node);
+            else if (after_face.face || after_face.wedge) reflect(s, &q, &q.face[i], node);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
             uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i]));
@@ -439,7 +445,7 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
 
 static void find_uses(Search *s)
 {
-    enum { MOST = KELLER_MAX_INTERACTIONS };
+    enum { MOST = KELLER_MAX_BENDS };
     const TreeLimits *t = s->limits;
     for (int l = MOST - 1; l >= 0; l--)
         for (int w = 0; w <= l; w++) {

@@ -11,7 +11,9 @@ typedef struct {
     const KellerScene *scene;
     const KellerAccel *accel;
     /* want[l][w]: sequences of l steps with the wedge at place w (from 1; 0: none) are asked for. At most one wedge. */
-    bool want[KELLER_MAX_INTERACTIONS + 1][KELLER_MAX_INTERACTIONS + 1];
+    bool want[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1];
+    uint32_t transmissions;     /* slabs that a path may pass through, */
+    uint32_t interactions;      /* and steps and slabs of a path together */
     /* Sequences of target_length steps that end in a wedge are only wanted for the wedges of this accelerator; NULL: for all.
      * Their last cones then look for nothing else, not even for what blocks them: a candidate costs less. */
     const KellerAccel *targets;

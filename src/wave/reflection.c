@@ -82,20 +82,41 @@ void keller_transmission(const KellerMedium *medium, double cos_incidence, doubl
 
 static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }
 
+/* Unit vectors across `in`: perpendicular to the plane of incidence, and parallel to it. */
+static void incidence_basis(KellerVec3 normal, KellerVec3 in, KellerVec3 *perpendicular, KellerVec3 *parallel)
+{
+    *perpendicular = v3_cross(in, normal);
+    double sine = v3_norm(*perpendicular);
+    /* At normal incidence any direction in the surface will do, because R_TM = -R_TE and T_TM = T_TE. */
+    *perpendicular = sine > 1e-12 ? v3_scale(*perpendicular, 1 / sine) : v3_perpendicular(in);
+    *parallel = v3_cross(*perpendicular, in);
+}
+
 KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e)
 {
     double complex te, tm;
     keller_reflection(medium, fabs(v3_dot(in, normal)), k, &te, &tm);
 
-    KellerVec3 perpendicular = v3_cross(in, normal);
-    double sine = v3_norm(perpendicular);
-    /* At normal incidence any direction in the surface will do, because R_TM = -R_TE. */
-    perpendicular = sine > 1e-12 ? v3_scale(perpendicular, 1 / sine) : v3_perpendicular(in);
-    KellerVec3 parallel = v3_cross(perpendicular, in);
+    KellerVec3 perpendicular, parallel;
+    incidence_basis(normal, in, &perpendicular, &parallel);
     /* A conductor takes e to -e_tangential + e_normal, which is minus the mirror image; with R_TM = +1 for it, the
      * parallel unit vector of the reflected wave is minus the mirrored one of the incident wave. */
     KellerVec3 mirrored = v3_mirror_direction(parallel, normal);
     double complex a = te * dot(e, perpendicular), b = -tm * dot(e, parallel);
     return (KellerCVec3){a * perpendicular.x + b * mirrored.x, a * perpendicular.y + b * mirrored.y,
                          a * perpendicular.z + b * mirrored.z};
+}
+
+KellerCVec3 keller_transmit_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e)
+{
+    double complex te, tm;
+    double cosine = fabs(v3_dot(in, normal));
+    keller_transmission(medium, cosine, k, &te, &tm);
+
+    KellerVec3 perpendicular, parallel;
+    incidence_basis(normal, in, &perpendicular, &parallel);
+    double complex instead = cexp(I * (k * medium->thickness * cosine));
+    double complex a = te * instead * dot(e, perpendicular), b = tm * instead * dot(e, parallel);
+    return (KellerCVec3){a * perpendicular.x + b * parallel.x, a * perpendicular.y + b * parallel.y,
+                         a * perpendicular.z + b * parallel.z};
 }

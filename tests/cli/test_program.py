@@ -262,7 +262,6 @@ def test_what_this_version_does_not_compute_is_refused(folder, shared):
     paths = next(i for i, line in enumerate(text.splitlines(), 1) if "<paths" in line)
     for old, new, line, word in [
         ('diffractions="1"', 'diffractions="2"', paths, 'expected 0 or 1'),
-        ('diffractions="1"', 'transmissions="1"', paths, 'expected transmissions="0"'),
         ('itu="concrete"', 'itu="wet_ground"', 4, "wet_ground"),        # 1 to 10 GHz: the second frequency is outside
     ]:
         (folder / "small.xml").write_text(text.replace(old, new))
@@ -437,6 +436,62 @@ def test_the_example_script_reads_the_result(folder, shared):
     done = subprocess.run([sys.executable, script, result], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 0, done.stderr
     assert "tx1" in done.stdout and "rx1" in done.stdout
+
+
+def test_waves_pass_through_walls(folder, shared):
+    """Transmitter and receiver on two sides of two walls: with two transmissions the way through, with one there is none."""
+    write_inputs(folder)
+    text = (folder / "small.xml").read_text().replace('itu="concrete"/>', 'itu="concrete" thickness="10 cm"/>')
+    text = text.replace('<position x="2 m" y="-1 m" z="1.5 m"/>', '<position x="-2 m" y="8 m" z="1 m"/>')
+    (folder / "scene.obj").write_text(SCENE + "o second\nv -5 5 0\nv 5 5 0\nv 5 5 3\nv -5 5 3\nf 9 10 11 12\n")
+    paths = next(i for i, line in enumerate(text.splitlines(), 1) if "<paths" in line)
+    straight = {}
+    for many in range(3):
+        (folder / "small.xml").write_text(text.replace('diffractions="1"', f'diffractions="1" transmissions="{many}"'))
+        words = f"2 reflections, 1 diffractions, {many} transmissions, at most 2 together"
+        assert words in expect(keller("check", "small.xml", cwd=folder), DONE).stdout
+        expect(keller("run", "small.xml", "--force", "-q", cwd=folder), DONE)
+        rows = json.loads(expect(keller("paths", "small.h5", "--tx", "tx1", "--rx", "rx1", "--format", "json",
+                                        cwd=folder), DONE).stdout)["paths"]
+        straight[many] = [row for row in rows if set(row["sequence"]) <= set("T0123456789 ")]
+        assert any("T" in row["sequence"] for row in rows) == (many > 0)
+    assert not straight[0] and not straight[1] and len(straight[2]) == 1, straight
+    length = math.sqrt(1 + 64 + 1)                    # from (-3, 0, 2) to (-2, 8, 1)
+    assert abs(straight[2][0]["length_m"] - length) < 1e-12
+    assert abs(straight[2][0]["delay_s"] - length / 299792458) < 1e-20
+    assert straight[2][0]["gain_dB"][0] < 20 * math.log10(0.0856549880 / (4 * math.pi * length)) - 1   # two walls
+    try:
+        import h5py
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    with h5py.File(folder / "small.h5", "r") as f:
+        kind, triangle, wedge = (f["interactions/" + name][()] for name in ["kind", "triangle", "wedge"])
+        through = kind == 2
+        assert through.any() and (wedge[through] == 0xFFFFFFFF).all()
+        assert (triangle[through] < len(f["scene/triangles"])).all()
+        position = f["interactions/position"][()][through]
+        corners = f["scene/vertices"][()][f["scene/triangles"][()][triangle[through]]]
+        for p, (a, b, c) in zip(position, corners):  # in the plane of the triangle, and in it
+            n = [(b - a)[i - 2] * (c - a)[i - 1] - (b - a)[i - 1] * (c - a)[i - 2] for i in range(3)]
+            assert abs(sum(n * (p - a))) < 1e-9 and (p > corners.min((0, 1)) - 1e-9).all()
+        count = [kind[i:j].tolist().count(2) for i, j in zip(f["paths/offset"][:-1], f["paths/offset"][1:])]
+        assert max(count) == 2
+    note = "note: no wall lets anything through"
+    for thickness, told in [('thickness="10 cm"', False), ("", True)]:
+        (folder / "small.xml").write_text(text.replace('thickness="10 cm"', thickness).replace(
+            'diffractions="1"', 'transmissions="1"'))
+        for arguments in [["check", "small.xml"], ["run", "small.xml", "--force", "-q"]]:
+            assert (note in expect(keller(*arguments, cwd=folder), DONE).stdout) == told, (thickness, arguments)
+    for old, new, words in [
+        ('diffractions="1"', 'transmissions="65"', ["transmissions", '"65"', "from 0 to 64"]),
+        ('diffractions="1"', 'transmissions="-1"', ["transmissions", '"-1"']),
+        ('diffractions="1"', 'transmissions="two"', ["transmissions", '"two"']),
+        ('diffractions="1" interactions="2"', 'transmissions="63"', ["add up to 65 interactions", "at most 64"]),
+    ]:
+        (folder / "small.xml").write_text(text.replace(old, new))
+        for verb in ["check", "run"]:
+            expect(keller(verb, "small.xml", "--force", cwd=folder) if verb == "run" else keller(verb, "small.xml", cwd=folder),
+                   BAD_INPUT, f"small.xml:{paths}: ", *words)
 
 
 def test_results_are_the_same_bytes_but_for_the_times(folder, shared):

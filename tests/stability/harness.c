@@ -93,6 +93,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
                            .frequency_count = run->frequency_count,
                            .reflections = run->reflections,
                            .diffractions = run->diffractions,
+                           .transmissions = run->transmissions,
                            .interactions = run->interactions,
                            .dynamic_range = 1e4,
                            .accelerator = "auto",
@@ -141,7 +142,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     free(config.receivers);
     for (size_t i = 0; i < found.count; i++)
         for (uint32_t k = 0; k < found.path[i].count; k++)
-            if (found.path[i].step[k].kind == KELLER_REFLECTION)
+            if (found.path[i].step[k].kind != KELLER_DIFFRACTION)
                 found.path[i].step[k].id = scene->triangle_face[found.path[i].triangle[k]];
     return found;
 }
@@ -173,7 +174,7 @@ const char *path_text(uint32_t count, const KellerStep *steps, char *text, size_
     snprintf(text, size, "direct");
     for (uint32_t i = 0; i < count && used < size; i++)
         used += (size_t)snprintf(text + used, size - used, "%s%c%u", i ? " " : "",
-                                 steps[i].kind == KELLER_REFLECTION ? 'F' : 'W', steps[i].id);
+                                 "FWTS"[steps[i].kind], steps[i].id);
     return text;
 }
 

@@ -20,7 +20,7 @@ typedef struct {
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
     KellerAntenna antenna;                 /* at both ends, not turned */
-    uint32_t reflections, diffractions, interactions;
+    uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
     double cone; /* rad */
     const char *accelerator; /* NULL: auto */
     uint32_t split_over; /* as in KellerConfig: small makes even the smallest scenes split their cones */

@@ -142,6 +142,135 @@ static bool decide_free(const KellerScene *scene, Point a, Point b, size_t plane
     return true;
 }
 
+/* ---- slabs ------------------------------------------------------------------------------------------------------ */
+
+#define MOST_CROSSINGS 256
+
+/* A sheet of a slab that a leg passes through. */
+typedef struct {
+    uint32_t leg, face, plane;
+    Real distance; /* from the leg's start */
+    Point point;
+    Real margin;
+} Slab;
+
+typedef struct {
+    size_t count;
+    Slab slab[MOST_CROSSINGS];
+} Slabs;
+
+static bool is_slab(const KellerScene *scene, uint32_t face)
+{
+    const KellerMaterial *m = &scene->materials[scene->faces[face].material];
+    return m->kind != KELLER_MATERIAL_CONDUCTOR && m->thickness > 0;
+}
+
+/* Does the leg cross this one triangle, whatever its face does beside it? */
+static bool crosses(const KellerScene *scene, uint32_t index, Point a, Point b, Real *margin)
+{
+    Triangle t = triangle_of(scene, index);
+    if (t.flat) return *margin = INFINITY, false;
+    Real da = dot(t.normal, minus(a, t.corner[0])), db = dot(t.normal, minus(b, t.corner[0]));
+    if (fminl(fabsl(da), fabsl(db)) < ORACLE_TOLERANCE) return blocks(scene, index, a, b, margin);
+    *margin = INFINITY;
+    if ((da > 0) == (db > 0)) return false;
+    Real in = inside_by(&t, plus(a, minus(b, a), da / (da - db)));
+    *margin = fabsl(in);
+    return in > 0;
+}
+
+/* The decision that nothing but slabs is in the way, and which. */
+static bool decide_through(const KellerScene *scene, uint32_t leg, Point a, Point b, size_t plane_count,
+                           const uint32_t *planes, Slabs *slabs, Verdict *v)
+{
+    for (uint32_t i = 0; i < scene->triangle_count; i++) {
+        uint32_t face = scene->triangle_face[i], plane = scene->faces[face].plane;
+        bool skip = false;
+        for (size_t k = 0; k < plane_count; k++) skip = skip || planes[k] == plane;
+        if (skip) continue;
+        Real margin;
+        bool crossed = is_slab(scene, face) ? crosses(scene, i, a, b, &margin) : blocks(scene, i, a, b, &margin);
+        if (!crossed || !is_slab(scene, face)) {
+            if (!decide(v, !crossed, margin)) return false;
+            continue;
+        }
+        const KellerFace *f = &scene->faces[face];
+        Point n = wide(f->normal), d = minus(b, a);
+        Real t = (f->offset - dot(n, a)) / dot(n, d);
+        for (uint32_t sheet = 0; sheet < scene->triangle_sheets[i]; sheet++) {
+            assert(slabs->count < MOST_CROSSINGS);
+            slabs->slab[slabs->count++] = (Slab){leg, face, plane, t * norm(d), plus(a, d, t), margin};
+        }
+    }
+    return true;
+}
+
+/* Faces of one plane are met where the first of them is. */
+static void join_planes(Slabs *slabs)
+{
+    for (size_t i = 0; i < slabs->count; i++)
+        for (size_t j = 0; j < slabs->count; j++) {
+            Slab *s = &slabs->slab[i];
+            const Slab *o = &slabs->slab[j];
+            if (s->leg != o->leg || s->plane != o->plane || o->face > s->face) continue;
+            bool first = true;
+            for (size_t k = 0; k < slabs->count; k++)
+                first = first && (slabs->slab[k].leg != o->leg || slabs->slab[k].plane != o->plane ||
+                                  slabs->slab[k].face >= o->face);
+            if (!first) continue;
+            s->distance = o->distance;
+            s->point = o->point;
+        }
+}
+
+static bool slab_before(const Slab *a, const Slab *b)
+{
+    if (a->leg != b->leg) return a->leg < b->leg;
+    if (a->plane == b->plane) return a->face < b->face;
+    return a->distance < b->distance;
+}
+
+/* Makes steps of the slabs. Of too many, so many would have to give way. */
+static void decide_slabs(Slabs *slabs, uint32_t most, OraclePath *path, Verdict *v)
+{
+    size_t n = slabs->count;
+    if (n > most) {
+        for (size_t i = 1; i < n; i++) /* by margin */
+            for (size_t j = i; j > 0 && slabs->slab[j].margin < slabs->slab[j - 1].margin; j--) {
+                Slab swap = slabs->slab[j];
+                slabs->slab[j] = slabs->slab[j - 1];
+                slabs->slab[j - 1] = swap;
+            }
+        decide(v, false, slabs->slab[n - most - 1].margin);
+        return;
+    }
+    join_planes(slabs);
+    for (size_t i = 0; i < n; i++) decide(v, true, slabs->slab[i].margin);
+    for (size_t i = 1; i < n; i++)
+        for (size_t j = i; j > 0 && slab_before(&slabs->slab[j], &slabs->slab[j - 1]); j--) {
+            Slab swap = slabs->slab[j];
+            slabs->slab[j] = slabs->slab[j - 1];
+            slabs->slab[j - 1] = swap;
+        }
+    for (size_t i = 1; i < n; i++) {
+        const Slab *a = &slabs->slab[i - 1], *b = &slabs->slab[i];
+        if (a->leg == b->leg && a->plane != b->plane) decide(v, true, b->distance - a->distance);
+    }
+    if (!v->valid) return;
+    OraclePath whole = {.bends = path->count, .length = path->length};
+    for (uint32_t i = 0, k = 0; i <= path->count; i++) {
+        for (; k < n && slabs->slab[k].leg == i; k++) {
+            assert(whole.count < ORACLE_MAX_STEPS);
+            whole.position[whole.count] = narrow(slabs->slab[k].point);
+            whole.step[whole.count++] = (KellerStep){KELLER_TRANSMISSION, slabs->slab[k].face};
+        }
+        if (i == path->count) break;
+        whole.position[whole.count] = path->position[i];
+        whole.step[whole.count++] = path->step[i];
+    }
+    *path = whole;
+}
+
 bool oracle_blocked(const KellerScene *scene, KellerVec3 a, KellerVec3 b, size_t plane_count, const uint32_t *planes,
                     double *margin)
 {
@@ -220,7 +349,7 @@ static bool decide_sector(const KellerWedge *w, Point q, Point x, Verdict *v)
     return decide(v, in, rho * sinl(fminl(angle, pi / 2)));
 }
 
-Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, OraclePath *path)
+Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint32_t transmissions, OraclePath *path)
 {
     Verdict v = {true, INFINITY, 0};
     Point point[ORACLE_MAX_STEPS + 2], back[ORACLE_MAX_STEPS];
@@ -252,7 +381,8 @@ Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, Oracl
             !decide_sector(w, point[before + 1], point[before + 2], &v))
             return v;
     }
-    path->count = (uint32_t)count;
+    path->count = path->bends = (uint32_t)count;
+    Slabs slabs = {.count = 0};
     Real length = 0;
     for (size_t i = 0; i < count; i++) {
         bool edge = s->wedge != KELLER_NONE && i == before;
@@ -275,10 +405,14 @@ Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, Oracl
                 planes[plane_count++] = scene->wedge_planes[p];
             }
         }
-        if (!decide_free(scene, point[i], point[i + 1], plane_count, planes, &v)) return v;
+        bool go_on = transmissions
+                         ? decide_through(scene, (uint32_t)i, point[i], point[i + 1], plane_count, planes, &slabs, &v)
+                         : decide_free(scene, point[i], point[i + 1], plane_count, planes, &v);
+        if (!go_on) return v;
         length += apart(point[i], point[i + 1]);
     }
     path->length = (double)length;
+    if (transmissions) decide_slabs(&slabs, transmissions, path, &v);
     return v;
 }
 
@@ -296,7 +430,7 @@ static bool follows_rules(const KellerScene *scene, uint32_t count, const Keller
 }
 
 bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t count, const KellerStep *steps,
-                  OraclePath *path)
+                  uint32_t transmissions, OraclePath *path)
 {
     *path = (OraclePath){0};
     assert(count <= ORACLE_MAX_STEPS);
@@ -319,7 +453,7 @@ bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32
             s.after++;
         }
     }
-    Verdict v = oracle_solve_sequence(scene, &s, path);
+    Verdict v = oracle_solve_sequence(scene, &s, transmissions, path);
     path->valid = v.valid;
     path->margin = verdict_margin(&v);
     return true;

@@ -19,6 +19,7 @@ typedef struct {
     KellerStep step[ORACLE_MAX_STEPS];
     KellerVec3 position[ORACLE_MAX_STEPS];
     double length; /* m */
+    uint32_t bends; /* steps that are not transmissions */
     bool valid;    /* as far as can be told */
     double margin; /* of the verdict: of a valid path the smallest, of an invalid one the largest that failed */
 } OraclePath;
@@ -33,12 +34,17 @@ typedef struct {
 /* All paths from tx to rx with at most one diffraction (diffractions 0 or 1). */
 OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
                               uint32_t diffractions, uint32_t interactions);
+/* The same with up to so many transmissions: a leg passes through slabs, each a step of its own. An invalid path has no
+ * transmissions among its steps. */
+OracleResult oracle_enumerate_through(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
+                                      uint32_t diffractions, uint32_t transmissions, uint32_t interactions);
 void oracle_free(OracleResult *result);
 
-/* Solves one sequence. False where the sequence is none by the rules (two successive reflections in one plane; a
- * reflection next to a diffraction in a plane that holds the edge). */
+/* Solves one sequence of reflections and diffractions, with up to so many transmissions on its legs. False where the
+ * sequence is none by the rules (two successive reflections in one plane; a reflection next to a diffraction in a plane
+ * that holds the edge). */
 bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t count, const KellerStep *steps,
-                  OraclePath *path);
+                  uint32_t transmissions, OraclePath *path);
 
 /* Is the leg from a to b crossed by a triangle whose plane is none of the given ones? With the margin of the
  * verdict. */

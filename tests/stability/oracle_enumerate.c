@@ -100,10 +100,12 @@ static Chains chains_from(const KellerScene *scene, Point source, size_t depth)
     return all;
 }
 
-static void add_candidate(const KellerScene *scene, const Sequence *s, OracleResult *result)
+static void add_candidate(const KellerScene *scene, const Sequence *s, uint32_t transmissions, uint32_t interactions,
+                          OracleResult *result)
 {
     OraclePath path = {0};
-    Verdict v = oracle_solve_sequence(scene, s, &path);
+    uint32_t left = interactions - (uint32_t)(s->before + s->after + (s->wedge != KELLER_NONE));
+    Verdict v = oracle_solve_sequence(scene, s, left < transmissions ? left : transmissions, &path);
     result->candidates++;
     path.valid = v.valid;
     path.margin = verdict_margin(&v);
@@ -113,6 +115,7 @@ static void add_candidate(const KellerScene *scene, const Sequence *s, OracleRes
             path.step[path.count++] = (KellerStep){KELLER_REFLECTION, s->face_before[i]};
         if (s->wedge != KELLER_NONE) path.step[path.count++] = (KellerStep){KELLER_DIFFRACTION, s->wedge};
         for (size_t i = s->after; i-- > 0;) path.step[path.count++] = (KellerStep){KELLER_REFLECTION, s->face_after[i]};
+        path.bends = path.count;
     }
     result->undecidable += path.margin < ORACLE_TOLERANCE;
     result->path = grown(result->path, result->count, &result->capacity, sizeof *result->path);
@@ -121,6 +124,12 @@ static void add_candidate(const KellerScene *scene, const Sequence *s, OracleRes
 
 OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
                               uint32_t diffractions, uint32_t interactions)
+{
+    return oracle_enumerate_through(scene, tx, rx, reflections, diffractions, 0, interactions);
+}
+
+OracleResult oracle_enumerate_through(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
+                                      uint32_t diffractions, uint32_t transmissions, uint32_t interactions)
 {
     OracleResult result = {0};
     assert(diffractions <= 1 && interactions <= ORACLE_MAX_STEPS);
@@ -131,7 +140,7 @@ OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec
         Sequence s = {.wedge = KELLER_NONE, .before = c->count, .image_after = {wide(rx)}};
         for (size_t k = 0; k < c->count; k++) s.face_before[k] = c->face[k];
         for (size_t k = 0; k <= c->count; k++) s.image_before[k] = c->image[k];
-        add_candidate(scene, &s, &result);
+        add_candidate(scene, &s, transmissions, interactions, &result);
     }
     if (diffractions > 0 && interactions > 0) {
         Chains backward = chains_from(scene, wide(rx), most < interactions ? most : interactions - 1);
@@ -158,7 +167,7 @@ OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec
                     for (size_t k = 0; k <= a->count; k++) s.image_before[k] = a->image[k];
                     for (size_t k = 0; k < b->count; k++) s.face_after[k] = b->face[k];
                     for (size_t k = 0; k <= b->count; k++) s.image_after[k] = b->image[k];
-                    add_candidate(scene, &s, &result);
+                    add_candidate(scene, &s, transmissions, interactions, &result);
                 }
             }
         }

@@ -59,5 +59,5 @@ typedef struct {
 } Sequence;
 
 /* Solves the sequence; the points and steps are in *path only if it came so far. */
-Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, OraclePath *path);
+Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint32_t transmissions, OraclePath *path);
 #endif

@@ -61,6 +61,8 @@ KellerSoup soup_new(void)
     soup.materials[CONDUCTOR] = (KellerMaterial){copy_text("conductor"), KELLER_MATERIAL_CONDUCTOR, "", 0, 0, 0};
     soup.materials[DRY_GROUND] =
         (KellerMaterial){copy_text("ground"), KELLER_MATERIAL_ITU, "medium_dry_ground", 0, 0, 0};
+    soup.materials[PARTITION] = (KellerMaterial){copy_text("partition"), KELLER_MATERIAL_ITU, "plasterboard", 0, 0, 0.013};
+    soup.materials[GLASS] = (KellerMaterial){copy_text("pane"), KELLER_MATERIAL_ITU, "glass", 0, 0, 0.006};
     soup.files = 1;
     soup.notes = copy_text("");
     return soup;
@@ -289,7 +291,12 @@ static double draw(Builder *b, double lower, double upper)
     return rounded(b, random_range(&b->random, lower, upper));
 }
 
-static uint32_t draw_material(Builder *b) { return random_below(&b->random, 3) == 0 ? CONDUCTOR : CONCRETE; }
+static uint32_t draw_material(Builder *b)
+{
+    static const uint32_t thin[] = {CONDUCTOR, CONCRETE, PARTITION, PARTITION, PARTITION, GLASS, GLASS, GLASS};
+    if (b->flags & SCENE_THIN) return thin[random_below(&b->random, sizeof thin / sizeof *thin)];
+    return random_below(&b->random, 3) == 0 ? CONDUCTOR : CONCRETE;
+}
 
 /* The signed distance of p to the nearest side of the solid: positive outside. */
 static double outside(const Solid *s, KellerVec3 p)
@@ -413,13 +420,29 @@ static void add_screen(Builder *b)
         }
     soup_object(&b->soup, "screen");
     KellerVec3 c = v3_add(a, along);
-    soup_quad(&b->soup, a, c, v3_add(c, up), v3_add(a, up), draw_material(b));
+    uint32_t material = draw_material(b);
+    soup_quad(&b->soup, a, c, v3_add(c, up), v3_add(a, up), material);
+    if (!(b->flags & SCENE_THIN)) return;
+    switch (random_below(&b->random, 4)) {
+    case 0: /* the same once more, of another material or not */
+        soup_quad(&b->soup, a, c, v3_add(c, up), v3_add(a, up), random_below(&b->random, 2) ? material : draw_material(b));
+        break;
+    case 1: /* the same once more, cut along its other diagonal */
+        soup_quad(&b->soup, c, v3_add(c, up), v3_add(a, up), a, material);
+        break;
+    case 2: /* a poster on it */
+        soup_quad(&b->soup, v3_madd(a, along, 0.25), v3_madd(a, along, 0.75), v3_madd(v3_madd(a, along, 0.75), up, 0.5),
+                  v3_madd(v3_madd(a, along, 0.25), up, 0.5), draw_material(b));
+        break;
+    }
 }
 
 static bool is_free(const Builder *b, KellerVec3 p)
 {
-    for (size_t i = 0; i < b->solid_count; i++)
-        if (outside(&b->solid[i], p) < 0.05) return false;
+    for (size_t i = 0; i < b->solid_count; i++) {
+        double distance = outside(&b->solid[i], p);
+        if ((b->flags & SCENE_THIN ? fabs(distance) : distance) < 0.05) return false;
+    }
     return !b->ground || p.z > 0.05;
 }
 

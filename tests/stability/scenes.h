@@ -21,9 +21,10 @@ uint32_t random_below(Random *random, uint32_t bound); /* in [0, bound), bound >
 /* ---- soups ------------------------------------------------------------------------------------------------------ */
 
 /* The materials that every soup here has, by index. */
-enum { CONCRETE, CONDUCTOR, DRY_GROUND, MATERIAL_COUNT };
+enum { CONCRETE, CONDUCTOR, DRY_GROUND, PARTITION, GLASS, MATERIAL_COUNT };
 
-/* An empty soup with those materials: concrete and medium dry ground by their ITU names, half-spaces. */
+/* An empty soup with those materials: concrete and medium dry ground by their ITU names, half-spaces; partitions of 13 mm
+ * plasterboard and panes of 6 mm glass, slabs that a wave passes through. */
 KellerSoup soup_new(void);
 void soup_release(KellerSoup *soup);
 KellerSoup soup_copy(const KellerSoup *soup);
@@ -56,6 +57,9 @@ void soup_material(KellerSoup *soup, uint32_t material); /* all triangles of tha
 /* Vertical prisms and walls only, all coordinates multiples of 2^-20 m, so that a shift by 10 km and a quarter turn
  * about z are exact in double precision. */
 #define SCENE_UPRIGHT 1u
+
+/* Thin walls: most faces are slabs, some sheets lie on others or are there twice, and stations may be inside of solids. */
+#define SCENE_THIN 2u
 
 #define SCENE_RECEIVERS 2
 typedef struct {

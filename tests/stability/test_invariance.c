@@ -1,6 +1,6 @@
 /* What must not change a result: the cones' aperture, the number of threads, the order and the cutting of triangles,
  * the direction of the path, the place of the scene. On random scenes that hold boxes, screens and prisms, some
- * touching. */
+ * touching: first of solids that let nothing through, then of thin walls and with transmissions. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -34,6 +34,24 @@ static void assert_same(const FoundPaths *a, const FoundPaths *b, const char *wh
     }
 }
 
+/* Each test runs twice: the state is NULL, or says that walls are thin. */
+static bool thin(void **state) { return *state != NULL; }
+
+static RandomScene world_of(void **state, uint64_t seed, uint32_t flags)
+{
+    return scene_random(seed, flags | (thin(state) ? SCENE_THIN : 0));
+}
+
+static Run run_of(void **state, const KellerVec3 *tx, size_t rx_count, const KellerVec3 *rx, uint32_t interactions)
+{
+    Run run = run_new(tx, rx_count, rx, 2, 1, interactions);
+    if (thin(state)) {
+        run.transmissions = 2;
+        run.interactions++;
+    }
+    return run;
+}
+
 static FoundPaths simulate(const KellerSoup *soup, const Run *run)
 {
     KellerScene scene = scene_of(soup);
@@ -44,14 +62,13 @@ static FoundPaths simulate(const KellerSoup *soup, const Run *run)
 
 static void cone_aperture(void **state)
 {
-    (void)state;
     for (uint64_t seed = 1001; seed <= 1006; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         FoundPaths found[2][3];
         for (int grid = 0; grid < 2; grid++) {
             const double cones[] = {8, 2, 0.5};
             for (int i = 0; i < 3; i++) {
-                Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 2);
+                Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 2);
                 run.cone = cones[i] * DEGREE;
                 run.split_over = 4; /* left alone, the search splits no cones in scenes as small as these */
                 run.grid_step = grid ? world.step : 0;
@@ -68,13 +85,12 @@ static void cone_aperture(void **state)
 
 static void accelerators(void **state)
 {
-    (void)state;
     static const char *const names[] = {"bvh8", "bvh", "kdtree"};
     for (uint64_t seed = 1041; seed <= 1046; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         FoundPaths found[3];
         for (int i = 0; i < 3; i++) {
-            Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+            Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
             run.accelerator = names[i];
             found[i] = simulate(&world.soup, &run);
         }
@@ -86,11 +102,10 @@ static void accelerators(void **state)
 
 static void threads(void **state)
 {
-    (void)state;
     for (uint64_t seed = 1011; seed <= 1020; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         for (int grid = 0; grid < 2; grid++) {
-            Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+            Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
             run.grid_step = grid ? world.step : 0;
             FoundPaths one = simulate(&world.soup, &run);
             run.threads = 2;
@@ -121,10 +136,9 @@ static void threads(void **state)
 /* SPEC 4: by transmitter, receiver, delay. */
 static void order_of_paths(void **state)
 {
-    (void)state;
-    RandomScene world = scene_random(1021, 0);
+    RandomScene world = world_of(state, 1021, 0);
     KellerVec3 tx[2] = {world.tx, v3_add(world.tx, v3(0.01, 0.02, 0.03))};
-    Run run = run_new(tx, SCENE_RECEIVERS, world.rx, 2, 1, 2);
+    Run run = run_of(state, tx, SCENE_RECEIVERS, world.rx, 2);
     run.tx_count = 2;
     FoundPaths found = simulate(&world.soup, &run);
     assert_true(found.count > 4);
@@ -139,11 +153,10 @@ static void order_of_paths(void **state)
 
 static void shuffled(void **state)
 {
-    (void)state;
     for (uint64_t seed = 1031; seed <= 1045; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         Random random = random_seeded(seed);
-        Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+        Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
         FoundPaths before = simulate(&world.soup, &run);
         soup_shuffle(&world.soup, &random);
         FoundPaths after = simulate(&world.soup, &run);
@@ -156,11 +169,10 @@ static void shuffled(void **state)
 
 static void refined(void **state)
 {
-    (void)state;
     for (uint64_t seed = 1051; seed <= 1065; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         Random random = random_seeded(seed);
-        Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+        Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
         FoundPaths before = simulate(&world.soup, &run);
         soup_refine(&world.soup, &random);
         FoundPaths after = simulate(&world.soup, &run);
@@ -173,7 +185,7 @@ static void refined(void **state)
         after = simulate(&world.soup, &run);
         found_free(&before);
         soup_release(&world.soup);
-        world = scene_random(seed, 0);
+        world = world_of(state, seed, 0);
         before = simulate(&world.soup, &run);
         assert_same(&before, &after, "refined twice and shuffled", seed, false, NULL, SAME_GAIN);
         found_free(&before);
@@ -186,13 +198,12 @@ static void refined(void **state)
  * with the arrival direction pointing back along the ray, so both ends' bases are those of the exchanged path. */
 static void reciprocity(void **state)
 {
-    (void)state;
     for (uint64_t seed = 1071; seed <= 1090; seed++) {
-        RandomScene world = scene_random(seed, 0);
+        RandomScene world = world_of(state, seed, 0);
         soup_material(&world.soup, seed % 2 ? CONCRETE : CONDUCTOR);
         for (int h = 0; h < 2; h++)
             for (uint32_t rx = 0; rx < SCENE_RECEIVERS; rx++) {
-                Run run = run_new(&world.tx, 1, &world.rx[rx], 2, 1, 3);
+                Run run = run_of(state, &world.tx, 1, &world.rx[rx], 3);
                 run.antenna.polarization = h ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
                 FoundPaths there = simulate(&world.soup, &run);
                 run.tx = &world.rx[rx];
@@ -214,13 +225,12 @@ static KellerVec3 turned(KellerVec3 p) { return v3(-p.y, p.x, p.z); }
 
 static void moved(void **state)
 {
-    (void)state;
     const PointMap maps[] = {shifted, turned};
     const char *const names[] = {"shifted by 9 km", "turned by 90 degrees"};
     for (uint64_t seed = 1101; seed <= 1115; seed++)
         for (int m = 0; m < 2; m++) {
-            RandomScene world = scene_random(seed, SCENE_UPRIGHT);
-            Run run = run_new(&world.tx, SCENE_RECEIVERS, world.rx, 2, 1, 3);
+            RandomScene world = world_of(state, seed, SCENE_UPRIGHT);
+            Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
             run.frequency[0] = 1.2e9;
             FoundPaths before = simulate(&world.soup, &run);
             for (size_t i = 0; i < world.soup.vertex_count; i++)
@@ -237,10 +247,24 @@ static void moved(void **state)
 
 int main(void)
 {
+    static bool walls_are_thin = true;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cone_aperture), cmocka_unit_test(accelerators), cmocka_unit_test(threads), cmocka_unit_test(order_of_paths),
-        cmocka_unit_test(shuffled),      cmocka_unit_test(refined), cmocka_unit_test(reciprocity),
+        cmocka_unit_test(cone_aperture),
+        cmocka_unit_test(accelerators),
+        cmocka_unit_test(threads),
+        cmocka_unit_test(order_of_paths),
+        cmocka_unit_test(shuffled),
+        cmocka_unit_test(refined),
+        cmocka_unit_test(reciprocity),
         cmocka_unit_test(moved),
+        {"cone_aperture_thin", cone_aperture, NULL, NULL, &walls_are_thin},
+        {"accelerators_thin", accelerators, NULL, NULL, &walls_are_thin},
+        {"threads_thin", threads, NULL, NULL, &walls_are_thin},
+        {"order_of_paths_thin", order_of_paths, NULL, NULL, &walls_are_thin},
+        {"shuffled_thin", shuffled, NULL, NULL, &walls_are_thin},
+        {"refined_thin", refined, NULL, NULL, &walls_are_thin},
+        {"reciprocity_thin", reciprocity, NULL, NULL, &walls_are_thin},
+        {"moved_thin", moved, NULL, NULL, &walls_are_thin},
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

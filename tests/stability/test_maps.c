@@ -46,12 +46,13 @@ static void assert_same(const FoundPaths *a, const FoundPaths *b, size_t frequen
 enum { ROWS = 10, COLUMNS = 11 }; /* more than one patch in both directions */
 
 static void grid_against_points(const KellerScene *scene, KellerVec3 tx, KellerVec3 corner, double step, uint32_t reflections,
-                                uint32_t diffractions, uint32_t interactions, size_t *paths)
+                                uint32_t diffractions, uint32_t transmissions, uint32_t interactions, size_t *paths)
 {
     KellerVec3 rx[ROWS * COLUMNS];
     for (int j = 0; j < ROWS; j++)
         for (int i = 0; i < COLUMNS; i++) rx[j * COLUMNS + i] = v3_add(corner, v3(i * step, j * step, 0));
     Run run = run_new(&tx, ROWS * COLUMNS, rx, reflections, diffractions, interactions);
+    run.transmissions = transmissions;
     run.threads = 2;
     FoundPaths points = run_simulation(scene, &run);
     run.grid_step = step;
@@ -72,7 +73,23 @@ static void random_scenes(void **state)
         KellerScene scene = scene_of(&world.soup);
         double step = 0.05 + 0.11 * (double)(seed % 7);
         uint32_t interactions = seed % 3 == 0 ? 3 : 2;
-        grid_against_points(&scene, world.tx, world.rx[0], step, 2, 1, interactions, &paths);
+        grid_against_points(&scene, world.tx, world.rx[0], step, 2, 1, 0, interactions, &paths);
+        keller_scene_free(&scene);
+        soup_release(&world.soup);
+    }
+    print_message("# %zu paths\n", paths);
+    assert_true(paths > 10000);
+}
+
+/* The cells of a map lie on both sides of walls. */
+static void thin_walls(void **state)
+{
+    (void)state;
+    size_t paths = 0;
+    for (uint64_t seed = 9100; seed < 9112; seed++) {
+        RandomScene world = scene_random(seed, SCENE_THIN);
+        KellerScene scene = scene_of(&world.soup);
+        grid_against_points(&scene, world.tx, world.rx[0], 0.05 + 0.11 * (double)(seed % 7), 1, 1, 2, 4, &paths);
         keller_scene_free(&scene);
         soup_release(&world.soup);
     }
@@ -85,8 +102,8 @@ static void street_canyon(void **state)
     (void)state;
     KellerScene scene = read_scene("sionna/simple_street_canyon/simple_street_canyon.xml");
     size_t paths = 0;
-    grid_against_points(&scene, v3(-22, 0, 10), v3(-5.3, -7.1, 1.5), 1.37, 3, 1, 3, &paths);
-    grid_against_points(&scene, v3(-22, 0, 30), v3(10.3, -9.1, 1.5), 4.57, 2, 1, 2, &paths);
+    grid_against_points(&scene, v3(-22, 0, 10), v3(-5.3, -7.1, 1.5), 1.37, 3, 1, 0, 3, &paths);
+    grid_against_points(&scene, v3(-22, 0, 30), v3(10.3, -9.1, 1.5), 4.57, 2, 1, 0, 2, &paths);
     assert_true(paths > 2000);
     keller_scene_free(&scene);
 }
@@ -115,6 +132,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_scenes),
+        cmocka_unit_test(thin_walls),
         cmocka_unit_test(street_canyon),
         cmocka_unit_test(munich_apertures),
     };

@@ -319,7 +319,8 @@ static void test_shipped(void **state)
     static const struct {
         const char *name;
         size_t variables, receivers;
-    } shipped[] = {{"street_canyon", 0, 3 + 25 + 101 * 21}, {"munich", 1, 1}, {"simple_street_canyon", 1, 93 * 61}};
+    } shipped[] = {{"street_canyon", 0, 3 + 25 + 101 * 21}, {"munich", 1, 1}, {"simple_street_canyon", 1, 93 * 61},
+                   {"office", 0, 1 + 48 * 24}};
     for (size_t i = 0; i < sizeof shipped / sizeof *shipped; i++) {
         char path[1024];
         snprintf(path, sizeof path, "%s/configs/%s.xml", source, shipped[i].name);

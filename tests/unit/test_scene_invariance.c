@@ -195,7 +195,7 @@ static void slivers(void **state)
         }
 }
 
-/* A wall doubled: the same triangles are dropped, other triangles are one face, another material shares the plane. */
+/* A wall doubled: the same triangles become one of two sheets, other triangles are one face, another material shares the plane. */
 static void doubled(void **state)
 {
     (void)state;
@@ -209,6 +209,13 @@ static void doubled(void **state)
         KellerScene b = build(&model);
         assert_int_equal(b.report.duplicate, variant == 0 ? 2 : 0);
         assert_int_equal(b.triangle_count, variant == 0 ? 12 : 14);
+        size_t sheets = 0, doubled = 0;
+        for (size_t t = 0; t < b.triangle_count; t++) {
+            sheets += b.triangle_sheets[t];
+            doubled += b.triangle_sheets[t] == 2;
+        }
+        assert_int_equal(sheets, 14);
+        assert_int_equal(doubled, variant == 0 ? 2 : 0);
         assert_int_equal(b.plane_count, 6);
         assert_int_equal(b.face_count, variant == 2 ? 7 : 6);
         assert_int_equal(b.wedge_count, 12);

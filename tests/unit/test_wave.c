@@ -269,6 +269,41 @@ static void reflected_field(void **state)
     }
 }
 
+/* T_TE and T_TM in the plane of incidence, in the direction of the incoming wave, from either side, with the free space taken
+ * out whose place the slab takes: air changes nothing, and glass of no thickness to speak of next to nothing. */
+static void transmitted_field(void **state)
+{
+    (void)state;
+    KellerMedium metal = {.conductor = true, .thickness = 0.1}, half_space = {.eta = 5.24 - 0.6 * I};
+    KellerMedium wall = {.eta = 5.24 - 0.6 * I, .thickness = 0.3}, air = {.eta = 1, .thickness = 7};
+    KellerMedium film = {.eta = 6.31, .thickness = 1e-12};
+    KellerVec3 down = v3(0.8, 0, -0.6);
+    KellerCVec3 e = {0.6, 3 * I, 0.8};
+    double complex te, tm, instead = cexp(I * 73 * 0.3 * 0.6);
+    keller_transmission(&wall, 0.6, 73, &te, &tm);
+    for (int side = 1; side >= -1; side -= 2) {
+        KellerVec3 up = v3(0, 0, side);
+        KellerCVec3 s = keller_transmit_field(&wall, up, down, 73, e);
+        assert_true(cabs(s.x - 0.6 * tm * instead) < 1e-15 && cabs(s.y - 3 * I * te * instead) < 1e-15 &&
+                    cabs(s.z - 0.8 * tm * instead) < 1e-15);
+        s = keller_transmit_field(&air, up, down, 73, e);
+        assert_true(cabs(s.x - e.x) + cabs(s.y - e.y) + cabs(s.z - e.z) < 1e-12);
+        s = keller_transmit_field(&film, up, down, 73, e);
+        assert_true(cabs(s.x - e.x) + cabs(s.y - e.y) + cabs(s.z - e.z) < 1e-8);
+        const KellerMedium *const nothing[] = {&metal, &half_space};
+        for (int i = 0; i < 2; i++) {
+            s = keller_transmit_field(nothing[i], up, down, 73, e);
+            assert_true(s.x == 0 && s.y == 0 && s.z == 0);
+        }
+    }
+    keller_transmission(&wall, 1, 73, &te, &tm);
+    instead = cexp(I * 73 * 0.3);
+    for (double tilt = 0; tilt < 1e-7; tilt = tilt == 0 ? 1e-17 : tilt * 10) { /* normal incidence, exactly and nearly */
+        KellerCVec3 s = keller_transmit_field(&wall, v3(0, 0, 1), v3_unit(v3(tilt, -tilt, -1)), 73, (KellerCVec3){0.6, -0.8, 0});
+        assert_true(cabs(s.x - 0.6 * te * instead) < 1e-7 && cabs(s.y + 0.8 * te * instead) < 1e-7);
+    }
+}
+
 /* ---- diffraction ------------------------------------------------------------------------------------------------ */
 
 static void transition(void **state)
@@ -373,6 +408,7 @@ int main(void)
         cmocka_unit_test(slab_energy),
         cmocka_unit_test(limits_of_slabs),
         cmocka_unit_test(reflected_field),
+        cmocka_unit_test(transmitted_field),
         cmocka_unit_test(transition),
         cmocka_unit_test(terms),
         cmocka_unit_test(terms_full),

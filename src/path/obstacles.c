@@ -1,0 +1,146 @@
+/* What is in the way of a leg? Robust without offsets: what a leg starts or ends on is excluded by identity (its plane), and
+ * what one of its ends lies on, within rounding, does not block it there. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "path/internal.h"
+#include "base/number.h"
+
+typedef struct {
+    const KellerScene *scene;
+    const PathLeg *leg;
+    KellerVec3 d;               /* the segment is leg->a + t d, t in [0, 1] */
+    double length;
+    double floor;               /* m: rounding of coordinates */
+    bool grazes;
+    Crossings *crossings;
+} Test;
+
+static bool skipped(const PathLeg *leg, uint32_t plane)
+{
+    for (int k = 0; k < 2; k++)
+        for (size_t i = 0; i < leg->skip_count[k]; i++)
+            if (leg->skip[k][i] == plane) return true;
+    return false;
+}
+
+bool path_lets_through(const KellerScene *scene, uint32_t face)
+{
+    const KellerMaterial *m = &scene->materials[scene->faces[face].material];
+    return m->kind != KELLER_MATERIAL_CONDUCTOR && m->thickness > 0;
+}
+
+/* The triangle is in the way: true if that ends the leg. */
+static bool meet(Test *test, uint32_t triangle)
+{
+    Crossings *c = test->crossings;
+    uint32_t face = test->scene->triangle_face[triangle], sheets = test->scene->triangle_sheets[triangle];
+    if (sheets > c->most - c->count || !path_lets_through(test->scene, face)) return true;
+    for (uint32_t i = 0; i < sheets; i++)
+        c->at[c->count++] = (Crossing){.leg = test->leg->number, .face = face, .triangle = triangle};
+    return false;
+}
+
+/* One triangle against the leg by signed volumes. The volume of an edge is computed from its ends in the order of their
+ * ids, so that the two triangles on an edge see one number, and no ray slips between them or meets both. */
+static bool visit(void *context, uint32_t id)
+{
+    Test *test = context;
+    const PathLeg *leg = test->leg;
+    if (skipped(leg, test->scene->faces[test->scene->triangle_face[id]].plane)) return false;
+    const uint32_t *t = test->scene->triangles[id];
+    const KellerVec3 *vertices = test->scene->vertices;
+    KellerVec3 v[3] = {v3_sub(vertices[t[0]], leg->a), v3_sub(vertices[t[1]], leg->a), v3_sub(vertices[t[2]], leg->a)};
+    KellerVec3 n = v3_cross(v3_sub(v[1], v[0]), v3_sub(v[2], v[0]));
+    double along = v3_dot(n, test->d);
+    if (!(fabs(along) > 1e-14 * v3_norm(n) * test->length)) return false; /* edge-on: nothing in the way */
+    double at = v3_dot(n, v[0]) / along;
+    double end = 4 * test->floor / test->length;
+    if (!(at > end && at < 1 - end)) return false; /* an end of the leg lies on it */
+    double h = greater(test->floor, KELLER_BOUNDARY_ANGLE * test->length * at * (1 - at));
+    int positive = 0, negative = 0;
+    bool near_edge = false;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, first = t[i] < t[j] ? i : j, second = i + j - first;
+        double volume = v3_dot(test->d, v3_cross(v[first], v[second]));
+        if (!leg->strict) {
+            KellerVec3 across = v3_cross(v3_sub(v[second], v[first]), test->d);
+            if (fabs(volume) <= h * v3_norm(across)) {
+                near_edge = true;
+                continue;
+            }
+        }
+        bool up = (volume >= 0) == (first == i);
+        positive += up;
+        negative += !up;
+    }
+    if (positive && negative) return false;
+    test->grazes = test->grazes || near_edge;
+    return !near_edge && meet(test, id);
+}
+
+KellerVec3 path_crossing(const KellerScene *scene, uint32_t face, KellerVec3 a, KellerVec3 b, double *t)
+{
+    const KellerFace *f = &scene->faces[face];
+    KellerVec3 d = v3_sub(b, a);
+    double along = v3_dot(f->normal, d);
+    *t = along != 0 ? greater(0, lesser(1, (f->offset - v3_dot(f->normal, a)) / along)) : 0;
+    return v3_madd(a, d, *t);
+}
+
+/* ---- order along the leg --------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    Crossing crossing;
+    double t;
+    uint32_t plane;
+    bool ahead;
+} Ordered;
+
+static int compare(const void *pa, const void *pb)
+{
+    const Ordered *a = pa, *b = pb;
+    if (a->t != b->t) return a->t < b->t ? -1 : 1;
+    int order = (a->plane > b->plane) - (a->plane < b->plane);
+    if (order == 0) order = (a->crossing.face > b->crossing.face) - (a->crossing.face < b->crossing.face);
+    if (order == 0) order = (a->crossing.triangle > b->crossing.triangle) - (a->crossing.triangle < b->crossing.triangle);
+    return a->ahead ? order : -order;
+}
+
+/* Sorts the crossings from `begin` on along the leg. Where faces lie in one plane, the ray meets them at one place, that of
+ * the first of them, and in the order of their ids, which turns over with the ray's direction. */
+static void sort(const Test *test, uint32_t begin)
+{
+    const KellerVec3 generic = {0.4118, 0.6903, 0.5949}; /* no scene of round numbers has rays across it */
+    Crossings *c = test->crossings;
+    uint32_t n = c->count - begin;
+    Ordered order[KELLER_MAX_INTERACTIONS];
+    bool ahead = v3_dot(test->d, generic) > 0;
+    for (uint32_t i = 0; i < n; i++) {
+        const Crossing *x = &c->at[begin + i];
+        uint32_t plane = test->scene->faces[x->face].plane, first = x->face;
+        for (uint32_t j = begin; j < c->count; j++)
+            if (c->at[j].face < first && test->scene->faces[c->at[j].face].plane == plane) first = c->at[j].face;
+        order[i] = (Ordered){.crossing = *x, .plane = plane, .ahead = ahead};
+        order[i].crossing.at = first;
+        path_crossing(test->scene, first, test->leg->a, test->leg->b, &order[i].t);
+    }
+    qsort(order, n, sizeof *order, compare);
+    for (uint32_t i = 0; i < n; i++) c->at[begin + i] = order[i].crossing;
+}
+
+bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const PathLeg *leg, Crossings *crossings, bool *grazes,
+                     KellerAccelWork *work)
+{
+    Test test = {.scene = scene, .leg = leg, .d = v3_sub(leg->b, leg->a), .crossings = crossings};
+    test.length = v3_norm(test.d);
+    test.floor = greater(path_rounding(scene, leg->a), path_rounding(scene, leg->b));
+    if (test.length <= test.floor) return true;
+    double margin = leg->strict ? test.floor : greater(test.floor, KELLER_BOUNDARY_ANGLE * test.length);
+    uint32_t begin = crossings->count;
+    bool blocked = keller_accel_segment(accel, leg->a, leg->b, margin, visit, &test, work);
+    if (test.grazes) *grazes = true;
+    if (!blocked && crossings->count - begin > 1) sort(&test, begin);
+    else if (!blocked && crossings->count > begin) crossings->at[begin].at = crossings->at[begin].face;
+    return !blocked;
+}
