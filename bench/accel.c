@@ -1,12 +1,14 @@
 /* keller-bench-accel -- how long the accelerators' queries take, and what they do meanwhile.
  *
- * usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... [--structure NAME]... [--query NAME] [--half-angle DEG]
+ * usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... [--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG]
  *                           [--queries N] [--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree]
+ *                           [--order slabs|exact|directrix|midpoint] [--contained yes|no] [--leaf-boxes]
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
  *   structure           kdtree, bvh, bvh8; with --peer also embree (its fast mode) and embree-robust
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
- *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any
+ *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
+ *                       walk (only when asked for): what of `all` is spent on the way to the leaves, which are not looked into
  *   kind                primary (directions of a pinhole camera of 90 degrees in the middle of the box, row by row), random
  *                       (origins in the box, directions on the sphere)
  *   half_angle_deg      -1 for rays
@@ -23,23 +25,27 @@
 #include <time.h>
 
 #include "../tests/unit/random.h"
+#include "accel/leaf.h"
 #include "accel_input.h"
 #include "base/number.h"
 #include "embree_peer.h"
+#include "geom/cone_lanes.h"
 
 static const char *const all_structures[] = {"kdtree", "bvh", "bvh8"};
-static const char *const queries[] = {"nearest", "any", "all"};
+static const char *const queries[] = {"nearest", "any", "all", "walk"};
+static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};
 static const char *const kinds[] = {"primary", "random"};
 static const double half_angles[] = {-1, 1e-5, 0.1, 0.5, 5, 15};
-enum { NEAREST, ANY, EVERY, QUERIES, KINDS = 2, ANGLES = 6, PASSES = 5, MOST = 16, RAW = 300000 };
+enum { NEAREST, ANY, EVERY, WALK, QUERIES, KINDS = 2, ANGLES = 6, PASSES = 5, MOST = 16, RAW = 300000 };
 
 typedef struct {
     bool csv, peer;
-    const char *scenes[MOST], *structures[MOST], *query;
+    const char *scenes[MOST], *structures[MOST], *query, *kind;
     uint32_t randoms[MOST];
     int scene_count, random_count, structure_count;
-    double queries, spatial, cost, half_angle;
+    double queries, half_angle;
     uint64_t seed;
+    KellerAccelOptions how;
 } Options;
 
 typedef struct {
@@ -68,6 +74,14 @@ static double median(double v[PASSES])
             v[j - 1] = t;
         }
     return v[PASSES / 2];
+}
+
+/* Which of the names; -1: none. */
+static int which(const char *const *names, int count, const char *name)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0) return i;
+    return -1;
 }
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
@@ -126,6 +140,22 @@ static double count_cone(void *context, uint32_t primitive, KellerRange range)
     return INFINITY;
 }
 
+static float pass_by(void *context, uint32_t leaf, bool inside, float far)
+{
+    (void)leaf, (void)inside;
+    ++*(uint64_t *)context;
+    return far;
+}
+
+/* The walk of an `all` query; leaves count as hits. */
+static void walk_only(const KellerAccel *a, const KellerCone *c, uint64_t *leaves, KellerAccelWork *work)
+{
+    KellerConeLanes lanes;
+    WalkHow how = {.contained = c->tan_alpha > 0.01};
+    cone_lanes_make(c, v3_sub(c->origin, a->middle), (KellerRange){0, INFINITY}, a->size, &lanes);
+    a->kind->walk(a->tree, &lanes, &how, pass_by, leaves, &work->nodes);
+}
+
 /* One pass over the set; returns what was reported. */
 static uint64_t pass(const KellerAccel *accel, const Set *s, int query, bool rays, KellerAccelWork *work)
 {
@@ -143,6 +173,8 @@ static uint64_t pass(const KellerAccel *accel, const Set *s, int query, bool ray
         case NEAREST * 2:
             hits += keller_accel_cone_window(accel, c, clip, 0, &nearest, NULL, count_cone, &hits, work);
             break;
+        case WALK * 2:
+        case WALK * 2 + 1: walk_only(accel, c, &hits, work); break;
         case ANY * 2: hits += keller_accel_cone_any(accel, c, clip, work); break;
         case EVERY * 2:
             keller_accel_cone(accel, c, clip, count_cone, count_cone, &hits, work);
@@ -217,7 +249,7 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
                         bool eccentric, double build, const PeerTimes peer[2])
 {
     for (int query = 0; query < QUERIES; query++) {
-        if (o->query && strcmp(o->query, queries[query]) != 0) continue;
+        if (o->query ? strcmp(o->query, queries[query]) != 0 : query == WALK) continue;
         KellerAccelWork work = {0};
         double seconds[PASSES], n = (double)s->count;
         uint64_t hits = pass(accel, s, query, half_angles[angle] < 0, &work);
@@ -237,7 +269,9 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
 
 static KellerStatus measure(const Options *o, const AccelBench *b, const char *name, const PeerTimes *peer, KellerError *error)
 {
-    KellerAccelOptions options = {.name = name, .threads = 1, .spatial = o->spatial, .cost_ratio = o->cost};
+    KellerAccelOptions options = o->how;
+    options.name = name;
+    options.threads = 1;
     KellerAccel *accel = NULL;
     double build[PASSES];
     int builds = b->in.triangle_count > RAW ? 1 : PASSES;
@@ -254,7 +288,7 @@ static KellerStatus measure(const Options *o, const AccelBench *b, const char *n
     }
     double each = median(build);
     for (int kind = 0; kind < KINDS; kind++)
-        for (int angle = 0; angle < ANGLES; angle++)
+        for (int angle = 0; angle < ANGLES && !(o->kind && kind != which(kinds, KINDS, o->kind)); angle++)
             for (int eccentric = 0; eccentric < (half_angles[angle] < 0 ? 1 : 2); eccentric++) {
                 if (!isnan(o->half_angle) && half_angles[angle] != o->half_angle) continue;
                 Set s = make_set(o, b, kind, half_angles[angle], eccentric);
@@ -281,8 +315,8 @@ static int wrong_usage(const char *what, const char *text)
 {
     fprintf(stderr,
             "keller-bench-accel: %s \"%s\"; usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... "
-            "[--structure NAME]... [--query NAME] [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] "
-            "[--cost RATIO] [--peer embree]\n",
+            "[--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] "
+            "[--cost RATIO] [--peer embree] [--order NAME] [--contained yes|no] [--leaf-boxes]\n",
             what, text);
     return 2;
 }
@@ -303,6 +337,10 @@ static int parse(int argc, char **argv, Options *o)
             o->csv = true;
             continue;
         }
+        if (strcmp(name, "--leaf-boxes") == 0) {
+            o->how.leaf_boxes = true;
+            continue;
+        }
         i++;
         if (strcmp(name, "--scene") == 0) {
             if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
@@ -312,15 +350,22 @@ static int parse(int argc, char **argv, Options *o)
                 return wrong_usage("not a number of triangles:", value);
             o->randoms[o->random_count++] = (uint32_t)v;
         } else if (strcmp(name, "--structure") == 0) {
-            bool known = strcmp(value, "auto") == 0;
-            for (int k = 0; k < 3; k++) known |= strcmp(value, all_structures[k]) == 0;
+            bool known = strcmp(value, "auto") == 0 || which(all_structures, 3, value) >= 0;
             if (!known || o->structure_count == MOST) return wrong_usage("unknown structure", value);
             o->structures[o->structure_count++] = value;
         } else if (strcmp(name, "--query") == 0) {
             o->query = value;
-            bool known = false;
-            for (int k = 0; k < QUERIES; k++) known |= strcmp(value, queries[k]) == 0;
-            if (!known) return wrong_usage("unknown query", value);
+            if (which(queries, QUERIES, value) < 0) return wrong_usage("unknown query", value);
+        } else if (strcmp(name, "--kind") == 0) {
+            o->kind = value;
+            if (which(kinds, KINDS, value) < 0) return wrong_usage("unknown kind", value);
+        } else if (strcmp(name, "--order") == 0) {
+            int order = which(orders, 4, value);
+            if (order < 0) return wrong_usage("unknown order", value);
+            o->how.order = (KellerAccelOrder)order;
+        } else if (strcmp(name, "--contained") == 0) {
+            o->how.contained = strcmp(value, "yes") == 0 ? 1 : -1;
+            if (o->how.contained < 0 && strcmp(value, "no") != 0) return wrong_usage("neither yes nor no:", value);
         } else if (strcmp(name, "--half-angle") == 0) {
             bool known = false;
             if (!number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
@@ -332,9 +377,9 @@ static int parse(int argc, char **argv, Options *o)
             if (!number(value, 0, 1e15, true, &v)) return wrong_usage("not a whole number:", value);
             o->seed = (uint64_t)v;
         } else if (strcmp(name, "--spatial") == 0) {
-            if (!number(value, 0, 10, false, &o->spatial)) return wrong_usage("not a share:", value);
+            if (!number(value, 0, 10, false, &o->how.spatial)) return wrong_usage("not a share:", value);
         } else if (strcmp(name, "--cost") == 0) {
-            if (!number(value, 0, 1e6, false, &o->cost)) return wrong_usage("not a ratio:", value);
+            if (!number(value, 0, 1e6, false, &o->how.cost_ratio)) return wrong_usage("not a ratio:", value);
         } else if (strcmp(name, "--peer") == 0) {
             if (strcmp(value, "embree") != 0) return wrong_usage("unknown peer", value);
             if (!peer_there()) {

@@ -90,7 +90,7 @@ static uint32_t collapse(const SahTree *binary, const Plan *plans, uint32_t root
         roots_of(binary, plans, binary->nodes[root].left, left, child, &n);
         roots_of(binary, plans, binary->nodes[root].right, 8 - left, child, &n);
     }
-    Node node = {.unused = {0}};
+    Node node;
     for (uint32_t i = 0; i < 8; i++) {
         const SahNode *c = i < n ? &binary->nodes[child[i]] : NULL;
         for (int k = 0; k < 3; k++) { /* unused lanes: begin beyond all, end before */
@@ -98,6 +98,7 @@ static uint32_t collapse(const SahTree *binary, const Plan *plans, uint32_t root
             node.boxes.upper[k][i] = c ? c->box.upper[k] : -INFINITY;
         }
         node.child[i] = !c ? LEAF : c->count ? LEAF | (*block)++ : collapse(binary, plans, child[i], t, block);
+        node.end[i] = *block;
     }
     t->nodes[id] = node;
     return id;
@@ -119,6 +120,7 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
         uint32_t block = 0;
         plan(&binary, plans);
         collapse(&binary, plans, 0, t, &block);
+        t->leaf_count = block;
         Node *fit = aligned_alloc(64, t->node_count * sizeof(Node));
         if (fit) {
             memcpy(fit, t->nodes, t->node_count * sizeof(Node));
@@ -138,9 +140,13 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
 
 typedef struct {
     uint32_t child;
+    uint32_t first, end;            /* its leaves */
     float z, key;                   /* nothing of it is before z; orders it among its siblings */
     bool inside;
 } Waiting;
+
+/* Contained leaves not worth telling the nearer from the farther. */
+enum { FEW = 8 };
 
 static void lane_of(const KellerBox8 *boxes, uint32_t i, float lower[3], float upper[3])
 {
@@ -155,13 +161,13 @@ static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *
 {
     const Tree *t = tree;
     if (!t || t->node_count == 0) return;
-    Waiting stack[BVH8_STACK], next = {0, -INFINITY, 0, false};
+    Waiting stack[BVH8_STACK], next = {0, 0, t->leaf_count, -INFINITY, 0, false};
     int top = 0;
     float far = lanes->far; /* lanes stay as they are: a copy would wait for their stores */
     uint64_t tested = 0;
     for (;;) {
-        if (next.child & LEAF) {
-            far = visit(context, next.child & ~LEAF, next.inside, far);
+        if (next.child & LEAF || (next.inside && next.end - next.first <= FEW)) {
+            for (uint32_t i = next.first; i < next.end && next.z <= far; i++) far = visit(context, i, next.inside, far);
             if (far == -INFINITY) break;
         } else {
             const Node *node = &t->nodes[next.child];
@@ -175,7 +181,7 @@ static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *
             for (; hit; hit &= hit - 1) {
                 uint32_t i = (uint32_t)__builtin_ctz(hit);
                 if (z[i] > far) continue;
-                Waiting child = {node->child[i], z[i], z[i], in >> i & 1};
+                Waiting child = {node->child[i], i ? node->end[i - 1] : next.first, node->end[i], z[i], z[i], in >> i & 1};
                 float lower[3], upper[3];
                 lane_of(&node->boxes, i, lower, upper);
                 if (how->leaf_boxes && child.child & LEAF && !child.inside && !box_meets_exactly(how, lower, upper)) continue;

@@ -10,13 +10,13 @@
 typedef struct {
     _Alignas(64) KellerBox8 boxes;
     uint32_t child[8];              /* node, or BVH8_LEAF | leaf; unused lanes have boxes from +infinity to -infinity */
-    uint32_t unused[8];
+    uint32_t end[8];                /* the leaves below child i are those from end[i - 1] (the node's own first) to end[i] */
 } Bvh8Node;
 _Static_assert(sizeof(Bvh8Node) == 256, "a node is four cache lines");
 
 typedef struct {
     Bvh8Node *nodes;
-    uint32_t node_count;
+    uint32_t node_count, leaf_count;
 } Bvh8;
 
 /* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
@@ -30,10 +30,17 @@ static inline bool bvh8_plain(const KellerConeLanes *c)
     return plain;
 }
 
+/* A leaf that waits is fetched ahead. */
+static inline void bvh8_fetch(const TriangleBlock *block)
+{
+    for (size_t i = 0; i < sizeof *block; i += 64) __builtin_prefetch((const char *)block + i);
+}
+
 /* TreeKind's walk of thin, plain frusta and rays: reads the slabs, near and far of `lanes` alone. Calls
  * visit(context, leaf, false, far), nearer leaves first where they are told apart at no cost. */
 static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tree, const KellerConeLanes *lanes,
-                                                                 LeafVisit visit, void *context, uint64_t *nodes)
+                                                                 LeafVisit visit, void *context,
+                                                                 const TriangleBlock *blocks, uint64_t *nodes)
 {
     if (!tree || tree->node_count == 0) return;
     struct {
@@ -83,6 +90,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
                     next = child, next_z = at;
                     child = c, at = t;
                 }
+                if (blocks && child & BVH8_LEAF) bvh8_fetch(&blocks[child & ~BVH8_LEAF]);
                 int j = top++;
                 for (; j > bottom && stack[j - 1].z < at; j--) stack[j] = stack[j - 1];
                 stack[j].child = child;

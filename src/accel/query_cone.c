@@ -98,11 +98,11 @@ static float walk_far(const Query *q)
     return (double)far < q->clip.far ? nextafterf(far, INFINITY) : far;
 }
 
-/* Nearer ones first, as they may leave the others behind. */
-static inline int take_nearest(uint32_t *mask, const float *near)
+/* The next lane; where a nearest one is wanted, nearer ones first, as they may leave the others behind. */
+static inline int take(uint32_t *mask, const float *near, bool nearest)
 {
     int best = __builtin_ctz(*mask);
-    for (uint32_t rest = *mask & (*mask - 1); rest; rest &= rest - 1) {
+    for (uint32_t rest = nearest ? *mask & (*mask - 1) : 0; rest; rest &= rest - 1) {
         int i = __builtin_ctz(rest);
         if (near[i] < near[best]) best = i;
     }
@@ -119,10 +119,9 @@ static inline __attribute__((always_inline)) float finish(Query *q, uint32_t mas
     const EdgeBlock *edges = block;
     const uint32_t *ids = count == 3 ? triangles->id : edges->id;
     while (mask) {
-        int i = take_nearest(&mask, near);
+        int i = take(&mask, near, q->wanted != ALL);
         uint32_t id = ids[i];
-        if ((double)near[i] > q->clip.far) break;
-        if (id == KELLER_NONE) continue;
+        if (id == KELLER_NONE || (double)near[i] > q->clip.far) continue;
         bool inside = contained >> i & 1;
         KellerRange range = {greater((double)near[i], q->whole.near), lesser((double)last[i], q->whole.far)};
         if (inside && q->wanted == ANY) {
@@ -190,6 +189,8 @@ static float visit_leaf(void *context, uint32_t leaf, bool inside, float far)
 {
     Query *q = context;
     const KellerAccel *a = q->accel;
+    if (q->visit_edge) /* on their way while the triangles are tested */
+        for (size_t i = 0; i < sizeof(EdgeBlock); i += 64) __builtin_prefetch((const char *)&a->edges[a->edge_begin[leaf]] + i);
     if (a->triangles && (q->visit || q->wanted != ALL)) far = visit_triangles(q, &a->triangles[leaf], inside, far);
     if (!q->visit_edge) return far;
     for (uint32_t b = a->edge_begin[leaf]; b < a->edge_begin[leaf + 1] && far != -INFINITY; b++)
@@ -218,7 +219,7 @@ static void walk(Query *q)
         seen_start(&seen);
     }
     uint64_t *nodes = &q->work->nodes;
-    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, nodes);
+    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes);
     else a->kind->walk(a->tree, &q->lanes, &how, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);
     q->seen = NULL;

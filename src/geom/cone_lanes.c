@@ -29,7 +29,7 @@
  * shortens u. */
 #include "geom/cone_lanes.h"
 
-#define THIN_TAN 0.01
+#define THIN_TAN 1e-4
 #define FLOOR 1e-9
 
 void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, double size, KellerConeLanes *lanes)
@@ -59,7 +59,7 @@ void cone_lanes_make(const KellerCone *cone, KellerVec3 o, KellerRange clip, dou
        Y = d4_mul(d4_set(axis[1].x, axis[1].y, axis[1].z, 0), d4_set1(1 / (e * e))),
        D = d4_set(axis[2].x, axis[2].y, axis[2].z, 1), minus = d4_set1(-0.0), least = d4_set1(0x1p-26);
     d4 sign = d4_or(d4_set1(1), d4_and(minus, D)), spread = d4_set1(1);
-    /* s_k is at most 1, and of thin cones without a base not worth the root */
+    /* s_k is at most 1, and of the thinnest cones without a base not worth the root */
     if (T > THIN_TAN || x0 > 0) spread = d4_sqrt(d4_add(d4_mul(X, X), d4_mul(Y, Y)));
     d4 width = d4_mul(sign, d4_add(d4_mul(spread, d4_set1(x0)), d4_set1(slack)));
     d4 opening = d4_mul(spread, d4_set1(T)), in = d4_add(d4_abs(D), opening), out = d4_sub(d4_abs(D), opening);
