@@ -39,19 +39,17 @@ bool keller_cone_meets_box(const KellerCone *c, KellerVec3 lower, KellerVec3 upp
     double T = c->tan_alpha, size = norm1(m) + h.x + h.y + h.z, z_slack = cone_z_slack(size);
     double z = v3_dot(Z, m), hz = fabs(Z.x) * h.x + fabs(Z.y) * h.y + fabs(Z.z) * h.z, high = z + hz;
     double near = 2 * greater(c->z_near, clip.near), far = 2 * lesser(c->z_far, clip.far);
-    if (!((high >= near - z_slack) & (z - hz <= far + z_slack) & (near <= far))) return false;
     double x = v3_dot(X, m), y = c->e * v3_dot(Y, m), x0 = 2 * c->x0 + cone_slack(c, size) + KELLER_CONE_SLACK * c->x0;
-    double square = x * x + y * y, Rm = z * T + x0;
-    if ((near <= z) & (z <= far) & (square <= Rm * Rm) & (Rm >= 0)) return true; /* the middle is inside */
     double hx = fabs(X.x) * h.x + fabs(X.y) * h.y + fabs(X.z) * h.z,
            hy = c->e * (fabs(Y.x) * h.x + fabs(Y.y) * h.y + fabs(Y.z) * h.z);
     double dx = greater(fabs(x) - hx, 0), dy = greater(fabs(y) - hy, 0), R = lesser(high, far) * T + x0;
-    if (!((R >= 0) & (dx * dx + dy * dy <= R * R))) return false;
     /* |p| times the greatest L_u over the box: its value in the middle and what a corner adds */
-    double rho = sqrt(square + TINY), slope = rho * T, ey = c->e * y;
+    double square = x * x + y * y, rho = sqrt(square + TINY), slope = rho * T, ey = c->e * y;
     double corner = fabs(slope * Z.x - (x * X.x + ey * Y.x)) * h.x + fabs(slope * Z.y - (x * X.y + ey * Y.y)) * h.y +
                     fabs(slope * Z.z - (x * X.z + ey * Y.z)) * h.z;
-    return rho * x0 + slope * z - square + corner >= 0;
+    /* one decision, as none of its parts can be foreseen */
+    return (high >= near - z_slack) & (z - hz <= far + z_slack) & (near <= far) & (R >= 0) & (dx * dx + dy * dy <= R * R) &
+           (rho * x0 + slope * z - square + corner >= 0);
 }
 
 /* ---- the range -------------------------------------------------------------------------------------------------- */

@@ -80,16 +80,17 @@ KellerConeLanes keller_cone_lanes(const KellerCone *cone, KellerRange clip, doub
 uint32_t keller_cone_meets_box8(const KellerConeLanes *cone, const KellerBox8 *boxes, float *distance)
 {
     const float *D = cone->axis[2];
-    f8 near = f8_set1(cone->near), far = f8_set1(cone->far);
+    f8 near = f8_set1(cone->near), far = f8_set1(cone->far), infinite = f8_set1(INFINITY), zero = f8_set1(0);
+    const float *side = boxes->lower[0]; /* rows of 8: lower sides 0 to 2, upper ones 3 to 5 */
     for (int k = 0; k < 3; k++) {
-        bool down = cone->enter_rate[k] < 0; /* upper is the side that the cone enters by */
-        f8 first = f8_load(down ? boxes->upper[k] : boxes->lower[k]);
-        f8 last = f8_load(down ? boxes->lower[k] : boxes->upper[k]);
-        f8 in = f8_mul(f8_sub(first, f8_set1(cone->enter[k])), f8_set1(cone->enter_rate[k]));
-        f8 out = f8_mul(f8_sub(last, f8_set1(cone->leave[k])), f8_set1(cone->leave_rate[k]));
-        near = f8_max(near, in);
-        if (down == (cone->leave_rate[k] < 0)) far = f8_min(far, out);
-        else near = f8_max(near, out); /* the cone opens wider than it leans: this side bounds from below too */
+        int first = cone->enter_rate[k] < 0 ? 8 * (k + 3) : 8 * k; /* the side that the cone enters by */
+        f8 enter_rate = f8_set1(cone->enter_rate[k]), leave_rate = f8_set1(cone->leave_rate[k]);
+        f8 in = f8_mul(f8_sub(f8_load(side + first), f8_set1(cone->enter[k])), enter_rate);
+        f8 out = f8_mul(f8_sub(f8_load(side + (8 * (2 * k + 3) - first)), f8_set1(cone->leave[k])), leave_rate);
+        /* where the cone opens wider than it leans, this side bounds from below too */
+        f8 below = f8_lt(f8_mul(enter_rate, leave_rate), zero);
+        near = f8_max(near, f8_max(in, f8_blend(below, out, f8_neg(infinite))));
+        far = f8_min(far, f8_blend(below, infinite, out));
     }
     f8 ok = f8_le(f8_load(boxes->lower[0]), f8_load(boxes->upper[0]));
     if (cone_lanes_wide(cone)) {

@@ -47,22 +47,11 @@ static inline d4 form(const Corners *c, int k, d4 px, d4 py, d4 rho, d4 slack)
     return d4_sub(d4_mul(rho, d4_add(c->R[k], slack)), d4_add(d4_mul(px, c->x[k]), d4_mul(py, c->y[k])));
 }
 
-/* What the corners alone tell. */
-typedef enum { MISSED, UNKNOWN, MET } Known;
-
-static inline Known from_corners(const Corners *k, KellerRange clip, d4 *in)
+/* Which corners are inside. */
+static inline d4 inside(const Corners *k)
 {
-    if (k->high < clip.near - k->z_slack || k->low > clip.far + k->z_slack) return MISSED;
-    /* eight supporting planes, at u = (+-1, 0), (0, +-1) and between: the triangle is outside one that all corners are */
-    d4 R = d4_add(k->R[0], k->slack), x = k->x[0], y = k->y[0], zero = d4_set1(0), diagonal = d4_set1(0.7071067811865475);
-    d4 s = d4_mul(d4_add(x, y), diagonal), d = d4_mul(d4_sub(x, y), diagonal), minus = d4_neg(R);
-    int planes = ((d4_mask(d4_lt(R, x)) & 7) == 7) + ((d4_mask(d4_lt(x, minus)) & 7) == 7) +
-                 ((d4_mask(d4_lt(R, y)) & 7) == 7) + ((d4_mask(d4_lt(y, minus)) & 7) == 7) +
-                 ((d4_mask(d4_lt(R, s)) & 7) == 7) + ((d4_mask(d4_lt(s, minus)) & 7) == 7) +
-                 ((d4_mask(d4_lt(R, d)) & 7) == 7) + ((d4_mask(d4_lt(d, minus)) & 7) == 7);
-    if (planes > 0) return MISSED;
-    *in = d4_and(d4_le(zero, R), d4_le(d4_add(d4_mul(x, x), d4_mul(y, y)), d4_mul(R, R)));
-    return d4_mask(*in) ? MET : UNKNOWN;
+    d4 R = d4_add(k->R[0], k->slack), x = k->x[0], y = k->y[0];
+    return d4_and(d4_le(d4_set1(0), R), d4_le(d4_add(d4_mul(x, x), d4_mul(y, y)), d4_mul(R, R)));
 }
 
 /* The lowest and the highest corner are inside: the paper's case 1 for both ends of the range. */
@@ -97,7 +86,7 @@ static inline Edges edges_of(const Corners *k)
  * and the supporting plane there separates (docs/numerics.md). On a line F is greatest at
  * t = (|a x l| Rl / sqrt(A) - a.l) / |l|^2 if A > 0, else at an end. Between the ends u follows from the line's direction
  * alone (u.l = Rl): its point near the axis would be mostly rounding. */
-static bool separated(const Corners *k, const Edges *e)
+static inline bool separated(const Corners *k, const Edges *e)
 {
     d4 zero = d4_set1(0), one = d4_set1(1), root = d4_sqrt(d4_max(e->A, zero));
     d4 inverse = d4_div(one, d4_mul(e->l2, root)), scale = d4_mul(inverse, root);
@@ -258,17 +247,23 @@ static KellerRange intersect(KellerRange a, KellerRange b)
     return r.near <= r.far ? r : CONE_EMPTY;
 }
 
+/* Surely missed. One decision for all, as none of its parts can be foreseen: a branch for each would cost more than what it
+ * saves. */
+static inline bool missed(const Corners *k, const Edges *e, d4 in, KellerRange clip)
+{
+    bool beside = (d4_mask(in) == 0) & separated(k, e);
+    return beside | (k->high < clip.near - k->z_slack) | (k->low > clip.far + k->z_slack);
+}
+
 /* The range within the clip, empty if missed; *near, *far: what point_of needs, where asked for. */
 static inline KellerRange test(const KellerCone *cone, Corners *k, Edges *e, KellerRange clip, bool points, End *near,
                                End *far)
 {
-    d4 in;
-    Known known = from_corners(k, clip, &in);
-    if (known == MISSED) return CONE_EMPTY;
-    if (known == MET && !points && ends_inside(k, in)) return intersect((KellerRange){k->low - k->z_slack, k->high + k->z_slack}, clip);
+    d4 in = inside(k);
     rotate(k);
     *e = edges_of(k);
-    if (known == UNKNOWN && separated(k, e)) return CONE_EMPTY;
+    if (missed(k, e, in, clip)) return CONE_EMPTY;
+    if (!points && ends_inside(k, in)) return intersect((KellerRange){k->low - k->z_slack, k->high + k->z_slack}, clip);
     ends_of(cone, k, e, near, far);
     return intersect(range_of(k, near, far), clip);
 }
@@ -294,15 +289,11 @@ bool keller_cone_meets_triangle(const KellerCone *cone, KellerVec3 a, KellerVec3
 {
     clip = cone_clip(cone, clip);
     Corners k = corners(cone, a, b, c);
-    d4 in;
-    Known known = from_corners(&k, clip, &in);
-    if (known == MISSED) return false;
-    bool whole = k.low >= clip.near && k.high <= clip.far; /* the clip cuts nothing off */
-    if (known == MET && whole) return true;
+    d4 in = inside(&k);
     rotate(&k);
     Edges e = edges_of(&k);
-    if (known == UNKNOWN && separated(&k, &e)) return false;
-    if (whole) return true;
+    bool out = missed(&k, &e, in, clip);
+    if (out | ((k.low >= clip.near) & (k.high <= clip.far))) return !out; /* the clip cuts nothing off */
     End near, far;
     ends_of(cone, &k, &e, &near, &far);
     KellerRange r = intersect(range_of(&k, &near, &far), clip);
