@@ -1,0 +1,49 @@
+#!/bin/sh
+# Measures the accelerators and draws the pictures and tables of docs/performance.md.
+# usage: tools/performance.sh BUILD_FOLDER SCENES [RESULTS]
+#   SCENES   a folder with sionna/munich/munich.xml and indoor/classroom/scene.xml
+#   RESULTS  where the measurements are kept as CSV, bench/results if left out; what is there already is not measured again
+# Some 40 minutes on an idle core.
+set -e
+here=$(dirname "$0")
+build=${1:?a build folder is needed}
+scenes=${2:?a folder with scenes is needed}
+results=${3:-$here/../bench/results}
+bench=$build/bench/keller-bench-accel
+keller=$build/src/cli/keller
+cities=$(mktemp -d)
+trap 'rm -rf "$cities"' EXIT
+mkdir -p "$results"
+
+measure() { # NAME ARGUMENTS...
+    name=$results/$1.csv
+    shift
+    [ -s "$name" ] && return
+    echo "measuring $name" >&2
+    "$bench" --csv "$@" > "$name.part"
+    mv "$name.part" "$name"
+}
+munich="--scene $scenes/sionna/munich/munich.xml"
+
+measure munich $munich --peer embree --queries 200000
+measure classroom --scene "$scenes/indoor/classroom/scene.xml" --peer embree --queries 200000
+for n in 100000 1000000; do
+    [ -s "$results/city-$n.csv" ] && continue
+    "$keller" scene generate city --triangles $n -o "$cities/city-$n.obj"
+    measure city-$n --scene "$cities/city-$n.obj" --peer embree --queries 100000
+done
+measure random-1000000 --random 1000000 --peer embree --queries 100000
+
+# the paper's figures, on munich: primary cones
+for cost in 0.125 0.25 0.5 1 2 4 8; do measure cost-$cost $munich --kind primary --cost $cost --query nearest --queries 50000; done
+for order in slabs exact directrix midpoint; do
+    measure order-$order $munich --kind primary --order $order --query nearest --structure bvh --queries 50000
+done
+for yes in yes no; do
+    measure contained-$yes $munich --kind primary --contained $yes --query all --structure bvh --structure bvh8 --queries 50000
+done
+measure leaf-no $munich --kind primary --query all --structure bvh8 --queries 50000
+measure leaf-yes $munich --kind primary --query all --structure bvh8 --leaf-boxes --queries 50000
+measure walk $munich --kind primary --query walk --queries 50000
+
+"${PYTHON:-python3}" "$here/performance.py" "$results" "$here/../docs"
