@@ -18,4 +18,12 @@ typedef struct {
     double conductivity;      /* kind CONSTANT: S/m, >= 0 */
     double thickness;         /* m, > 0: a slab in air; 0: a half-space (SPEC 6) */
 } KellerMaterial;
+
+/* How an edge between finitely conducting faces diffracts: which reflection coefficients go to which of the four terms of
+ * the uniform theory (docs/theory.md; docs/accuracy.md has their errors). Perfect conductors need none. */
+typedef enum {
+    KELLER_WEDGE_RECIPROCAL, /* Holm's with a choice of terms and angles that does not change when the ends are exchanged */
+    KELLER_WEDGE_LUEBBERS,   /* Luebbers, IEEE Trans. AP-32 (1984) 70-76, and ITU-R P.526 */
+    KELLER_WEDGE_HOLM        /* Holm, IEEE Trans. AP-48 (2000) 1211-1219 */
+} KellerWedgeModel;
 #endif

@@ -152,6 +152,11 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
                                     config->interactions, KELLER_MAX_INTERACTIONS);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "dynamic-range", "ratio", &positive, &config->dynamic_range);
+    static const char *const models[] = {"reciprocal", "luebbers", "holm", NULL};
+    static const KellerWedgeModel meaning[] = {KELLER_WEDGE_RECIPROCAL, KELLER_WEDGE_LUEBBERS, KELLER_WEDGE_HOLM};
+    unsigned place = 0;
+    if (status == KELLER_OK) status = keller_config_word(reader, node, "wedge", models, &place);
+    config->wedge_model = meaning[place];
     return status;
 }
 

@@ -43,7 +43,7 @@ static const Rule rules[] = {
     {"from", "x! y!", "", false},
     {"to", "x! y!", "", false},
     {"step", "", "", true},
-    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range?", "", false},
+    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range? wedge?", "", false},
     {"solver", "accelerator? cone? threads?", "", false},
     {"output", "paths? coverage? scene?", "", false},
 };

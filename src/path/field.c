@@ -51,7 +51,8 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
             for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
         } else {
             const KellerWedge *w = &scene->wedges[path->step[i].id];
-            KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
+            KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
+                                    .model = scene->wedge_model};
             for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[w->face[j]].material];
             spreading = 1 / walked; /* the rest is in the coefficient */
             for (int j = 0; j < 2; j++)

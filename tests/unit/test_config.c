@@ -88,6 +88,7 @@ static void test_everything(void **state)
     assert_int_equal(c.transmissions, 0);
     assert_int_equal(c.interactions, 4);
     assert_true(c.dynamic_range == 120);
+    assert_int_equal(c.wedge_model, KELLER_WEDGE_HOLM);
     assert_string_equal(c.accelerator, "bvh");
     assert_true(c.cone == 2 * PI / 180);
     assert_int_equal(c.threads, 2);
@@ -148,6 +149,7 @@ static void test_defaults(void **state)
     assert_true(c.transmitters[0].station.orientation[0] == 0 && c.transmitters[0].station.velocity.x == 0);
     assert_int_equal(c.reflections + c.diffractions + c.transmissions + c.interactions, 0);
     assert_true(c.dynamic_range == 150);
+    assert_int_equal(c.wedge_model, KELLER_WEDGE_RECIPROCAL);
     assert_string_equal(c.accelerator, "auto");
     assert_true(c.cone == PI / 180);
     assert_int_equal(c.threads, 0);

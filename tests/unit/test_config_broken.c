@@ -168,6 +168,7 @@ static const Broken broken[] = {
     {25, "reflections=\"3\" diffractions=\"1\" transmissions=\"0\" interactions=\"4\"",
      "reflections=\"16\" diffractions=\"1\"", "add up to 17", "interactions=", false},
     {25, "interactions=\"4\"", "interactions=\"17\"", "interactions of <paths> is \"17\"", NULL, false},
+    {25, "wedge=\"holm\"", "wedge=\"kouyoumjian\"", "wedge of <paths> is \"kouyoumjian\"", "\"luebbers\"", true},
     {25, "120 dB", "120", "dynamic-range of <paths> is \"120\"", "\"150 dB\"", true},
     {25, "120 dB", "0 dB", "dynamic-range of <paths> is \"0 dB\"", "more than 0 dB", false},
     {26, "accelerator=\"bvh\"", "accelerator=\"octree\"", "accelerator of <solver> is \"octree\"", "\"auto\"", true},
