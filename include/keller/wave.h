@@ -60,6 +60,19 @@ double complex keller_transition(double x);
 void keller_utd_terms(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
                       double complex d[4]);
 
+/* The derivatives of the four terms by their own angles pi + (phi - phi'), pi - (phi - phi'), pi + (phi + phi'), pi - (phi +
+ * phi'), 1/rad: what a field that vanishes at the edge, but changes across it, is diffracted with (slope diffraction;
+ * Hwang and Kouyoumjian 1974). By phi' their signs are -, +, +, -; by phi +, -, +, -. Arguments as keller_utd_terms. On a
+ * pole the derivative is continuous, and so is what this returns. */
+void keller_utd_slopes(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
+                       double complex slope[4]);
+
+/* The field behind two parallel absorbing screens, relative to the free field: Fresnel-Kirchhoff, paraxial, uniform, wherever
+ * the edges lie in each other's transition zones. Distances d1 (source to first edge), d2, d3 (second edge to receiver) in
+ * m, > 0; heights of the edges over the straight line from source to receiver in m, negative below it; k rad/m. The error
+ * is below 1e-12. Takes 128 values of the Faddeeva function. */
+double complex keller_double_edge(double k, double d1, double d2, double d3, double h1, double h2);
+
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */
 #define KELLER_BOUNDARY_ANGLE 1e-9

@@ -13,6 +13,43 @@ double complex keller_transition(double x)
     return sqrt(M_PI) * (r + I * r) * w_of_z(-r + I * r);
 }
 
+/* 1 - F(x), which F itself has only to the digits that 1 has left over. */
+static double complex transition_rest(double x)
+{
+    /* F ~ sum of (2m - 1)!! (j/2x)^m; at x = 40 its smallest term is e^-40 */
+    if (x < 40) return 1 - keller_transition(x);
+    double complex term = 1, sum = 0;
+    for (int m = 1; m <= 20; m++) {
+        term *= I * ((2 * m - 1) / (2 * x));
+        sum -= term;
+    }
+    return sum;
+}
+
+void keller_utd_slopes(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
+                       double complex slope[4])
+{
+    double period = 2 * M_PI * n, difference = phi - phi_incident, sum = phi + phi_incident;
+    double angle[4] = {M_PI + difference, M_PI - difference, M_PI + sum, M_PI - sum};
+    double scale = 1 / (4 * n * sqrt(M_PI * k) * sin_beta0);
+    double complex factor = -scale + I * scale;
+    for (int i = 0; i < 4; i++) {
+        double distance = angle[i] - period * nearbyint(angle[i] / period);
+        if (fabs(distance) < KELLER_BOUNDARY_ANGLE) {
+            slope[i] = factor * (-2 * I * n * k * L);
+            continue;
+        }
+        /* With x = 2kL sin^2(eps/2) and F' = F/2x - j(1 - F): cot(eps/2n)' F + cot(eps/2n) F' kL sin eps. */
+        double half = 0.5 * distance, x = 2 * k * L * sin(half) * sin(half), cotangent = 1 / tan(distance / (2 * n));
+        double complex rest = transition_rest(x), F = 1 - rest;
+        double sine = sin(distance / (2 * n));
+        /* two poles that cancel: below 1e-4 rad their rounding, 1e-16/eps^2, is more than the next term, eps^2 */
+        double steepness =
+            fabs(distance) < 1e-4 ? -n / 6 - 1 / (3 * n) : 0.5 * cotangent / tan(half) - 0.5 / (n * sine * sine);
+        slope[i] = factor * (F * steepness - I * rest * cotangent * k * L * sin(distance));
+    }
+}
+
 void keller_utd_terms(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
                       double complex d[4])
 {
