@@ -9,9 +9,13 @@
 #include <cerf.h>
 #include <cmocka.h>
 #include "../truth/table.h"
+#include "double_edge_forms.h"
 #include "keller/wave.h"
 
 static double loss(double complex e) { return -20 * log10(cabs(e)); }
+
+/* The table is paraxial, so the angles are made small: k grows as they shrink. */
+static const double shrink = 1e-3;
 
 /* ---- the uniform form --------------------------------------------------------------------------------------------- */
 
@@ -99,25 +103,11 @@ static void all_signs_of_heights(void **state)
 
 /* ---- the table ---------------------------------------------------------------------------------------------------- */
 
-/* Behind an edge of a screen that only casts a shadow: the term of the shadow boundary (n = 2, phi - phi' = pi + alpha),
- * and its derivative by alpha. The table is paraxial, so the angles are made small: k grows as they shrink. */
-static void behind_edge(double alpha, double k, double L, double complex *d, double complex *slope)
-{
-    double complex terms[4], slopes[4];
-    keller_utd_terms(2, 1 + M_PI + alpha, 1, 1, k, L, terms);
-    keller_utd_slopes(2, 1 + M_PI + alpha, 1, 1, k, L, slopes);
-    *d = terms[1];
-    /* on the boundary the shadow's side: half the incident field, sqrt(L)/2 */
-    if (fabs(alpha) < KELLER_BOUNDARY_ANGLE) *d = 0.5 * sqrt(L);
-    *slope = -slopes[1];
-}
-
 static void table(void **state)
 {
     (void)state;
     Table t;
     if (!table_open(&t, "e_double_knife.csv", true)) skip();
-    const double shrink = 1e-3;
     double worst = 0;
     int rows = 0, apart = 0;
     for (; table_next(&t); rows++) {
@@ -131,16 +121,12 @@ static void table(void **state)
         worst = fmax(worst, fabs(loss(u) - exact_dB));
 
         double a1 = table_number(&t, "alpha1_rad") * shrink, a2 = table_number(&t, "alpha2_rad") * shrink;
-        double spreading = sqrt((d1 + d2 + d3) / (d1 * d2 * d3)), L1 = 1 / (1 / d1 + 1 / d2);
         double L2[2] = {1 / (1 / d2 + 1 / d3), 1 / (1 / (d1 + d2) + 1 / d3)};
         static const char *const columns[2][2] = {{"loss_UTD_KP_dB", "loss_UTD_KP_slope_dB"},
                                                   {"loss_UTD_Luebbers_dB", "loss_UTD_Luebbers_slope_dB"}};
         for (int i = 0; i < 2; i++) {
-            double complex d[2], slope[2];
-            behind_edge(a1, kp, L1, &d[0], &slope[0]);
-            behind_edge(a2, kp, L2[i], &d[1], &slope[1]);
-            double complex plain = spreading * d[0] * d[1];
-            double complex with = plain + spreading * slope[0] * slope[1] / (I * kp * d2);
+            double complex plain, with;
+            two_edges(kp, d1, d2, d3, a1, a2, L2[i], &plain, &with);
             assert_true(fabs(loss(plain) - table_number(&t, columns[i][0])) < 1e-4);
             assert_true(fabs(loss(with) - table_number(&t, columns[i][1])) < 1e-4);
             if (i == 0 && fmin(table_number(&t, "nu1_local"), table_number(&t, "nu2_local")) >= 2) {
@@ -163,12 +149,8 @@ static void known_errors(void **state)
     static const double cases[][6] = {{1000, 1000, 1000, 9.5424, 3.748, 1.348}, {5000, 200, 5000, 6.83, 16.4, 12.3}};
     for (int i = 0; i < 2; i++) {
         const double *c = cases[i];
-        double k = 1e9, L1 = 1 / (1 / c[0] + 1 / c[1]), L2 = 1 / (1 / c[1] + 1 / c[2]);
-        double spreading = sqrt((c[0] + c[1] + c[2]) / (c[0] * c[1] * c[2]));
-        double complex d[2], slope[2], exact = keller_double_edge(k, c[0], c[1], c[2], 0, 0);
-        behind_edge(0, k, L1, &d[0], &slope[0]);
-        behind_edge(0, k, L2, &d[1], &slope[1]);
-        double complex plain = spreading * d[0] * d[1], with = plain + spreading * slope[0] * slope[1] / (I * k * c[1]);
+        double complex plain, with, exact = keller_double_edge(1e9, c[0], c[1], c[2], 0, 0);
+        two_edges(1e9, c[0], c[1], c[2], 0, 0, 1 / (1 / c[1] + 1 / c[2]), &plain, &with);
         assert_true(fabs(loss(exact) - c[3]) < 0.005);
         assert_true(fabs(loss(plain) - loss(exact) - c[4]) < 0.05);
         assert_true(fabs(loss(with) - loss(exact) - c[5]) < 0.05);
