@@ -41,6 +41,11 @@ typedef struct {
 } KellerReceiver;
 
 typedef struct {
+    char *file;                 /* path, resolved against the configuration's folder */
+    KellerAntennaCuts *cuts;    /* owned; stations point here */
+} KellerAntennaFile;
+
+typedef struct {
     char *object, *material;
 } KellerAssignment;
 
@@ -68,6 +73,8 @@ typedef struct {
     size_t assignment_count;
     KellerAssignment *assignments;
     int *assignment_lines;
+    size_t antenna_count;
+    KellerAntennaFile *antennas; /* each file once */
     size_t transmitter_count;
     KellerTransmitter *transmitters;
     size_t set_count;

@@ -102,14 +102,28 @@ typedef enum {
     KELLER_ANTENNA_ISOTROPIC,
     KELLER_ANTENNA_DIPOLE,           /* short dipole along the antenna's z axis */
     KELLER_ANTENNA_HALF_WAVE_DIPOLE,
-    KELLER_ANTENNA_TR38901           /* 3GPP TR 38.901 table 7.3-1 element, boresight +x of the antenna's frame */
+    KELLER_ANTENNA_TR38901,          /* 3GPP TR 38.901 table 7.3-1 element, boresight +x of the antenna's frame */
+    KELLER_ANTENNA_CUTS              /* a gain and two cuts, as in a file (keller/antenna.h) */
 } KellerAntennaPattern;
+
+enum { KELLER_CUT_ANGLES = 360 };
+
+/* A pattern by a horizontal and a vertical cut: losses in dB below the gain, one a degree. Horizontal angles run from +x of the
+ * antenna's frame clockwise seen from above (towards -y), vertical ones from the horizon downwards: 90 is straight down,
+ * 180 behind. The horizontal cut is taken on the cone through the maximum of the vertical one, the vertical cut in the
+ * half-plane through the maximum of the horizontal one; between them the pattern is interpolated (docs/theory.md). The half of
+ * the vertical cut behind the antenna is not used. */
+typedef struct {
+    double gain;                     /* dBi */
+    double horizontal[KELLER_CUT_ANGLES], vertical[KELLER_CUT_ANGLES];
+} KellerAntennaCuts;
 
 typedef enum { KELLER_POLARIZATION_V, KELLER_POLARIZATION_H } KellerPolarization;
 
 typedef struct {
     KellerAntennaPattern pattern;
     KellerPolarization polarization;
+    const KellerAntennaCuts *cuts;   /* pattern CUTS: borrowed */
 } KellerAntenna;
 
 /* Zenith and azimuth (radians, zenith in [0, pi], azimuth in (-pi, pi]) of the unit vector d. At the poles azimuth is 0. Any

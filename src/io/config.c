@@ -30,6 +30,11 @@ void keller_config_free(KellerConfig *config)
     }
     free(config->assignments);
     free(config->assignment_lines);
+    for (size_t i = 0; i < config->antenna_count; i++) {
+        free(config->antennas[i].file);
+        free(config->antennas[i].cuts);
+    }
+    free(config->antennas);
     for (size_t i = 0; i < config->transmitter_count; i++) free(config->transmitters[i].id);
     free(config->transmitters);
     for (size_t i = 0; i < config->set_count; i++) {

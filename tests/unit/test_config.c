@@ -26,7 +26,7 @@ static int setup(void **state)
 
 static int teardown(void **state)
 {
-    static const char *const names[] = {"walk.csv", "geo.csv", "c.xml", NULL};
+    static const char *const names[] = {"walk.csv", "geo.csv", "c.xml", "sector.msi", NULL};
     test_files_remove(*state, names);
     free(*state);
     return 0;
@@ -161,6 +161,42 @@ static void test_defaults(void **state)
     assert_int_equal(c.interactions, 3 + 1 + 2);
     keller_config_free(&c);
     free(text);
+}
+
+/* An antenna file is read once, relative to the configuration, however many stations name it. */
+static void test_antenna_file(void **state)
+{
+    TestFiles *files = *state;
+    char msi[16384], *at = msi;
+    at += sprintf(at, "NAME x\nGAIN 10 dBi\n");
+    for (int cut = 0; cut < 2; cut++) {
+        at += sprintf(at, "%s 360\n", cut ? "VERTICAL" : "HORIZONTAL");
+        for (int i = 0; i < 360; i++) at += sprintf(at, "%d %d\n", i, cut);
+    }
+    test_files_write(files, "sector.msi", msi, strlen(msi));
+    char *one = replaced(base_config, "pattern=\"tr38901\" polarization=\"H\"", "file=\"sector.msi\"");
+    char *two = replaced(one, "<step>1 m</step>", "<step>1 m</step><antenna file='sector.msi' polarization='H'/>");
+    KellerConfig c;
+    read_text(files, two, 0, NULL, &c);
+    assert_int_equal(c.antenna_count, 1);
+    const KellerAntenna *tx = &c.transmitters[0].station.antenna, *rx = &c.receivers[c.receiver_count - 1].station.antenna;
+    assert_true(tx->pattern == KELLER_ANTENNA_CUTS && rx->pattern == KELLER_ANTENNA_CUTS && tx->cuts == rx->cuts);
+    assert_true(tx->polarization == KELLER_POLARIZATION_V && rx->polarization == KELLER_POLARIZATION_H);
+    assert_true(tx->cuts->gain == 10 && tx->cuts->horizontal[359] == 0 && tx->cuts->vertical[0] == 1);
+    keller_config_free(&c);
+    /* an error in the file names the file, one in its name the configuration */
+    KellerError error;
+    test_files_write(files, "sector.msi", "GAIN 10 dBi\nHORIZONTAL 12\n", 26);
+    test_files_write(files, "c.xml", two, strlen(two));
+    char path[300];
+    snprintf(path, sizeof path, "%s", test_files_path(files, "c.xml"));
+    assert_int_equal(keller_config_read(path, 0, NULL, &c, &error), KELLER_BAD_INPUT);
+    assert_non_null(strstr(error.message, "sector.msi:2: "));
+    unlink(test_files_path(files, "sector.msi"));
+    assert_int_equal(keller_config_read(path, 0, NULL, &c, &error), KELLER_IO);
+    assert_non_null(strstr(error.message, "c.xml:13: "));
+    free(one);
+    free(two);
 }
 
 /* Orders that this version does not compute are the solver's to refuse. */
@@ -341,6 +377,7 @@ int main(void)
         cmocka_unit_test(test_everything),
         cmocka_unit_test(test_receivers),
         cmocka_unit_test(test_defaults),
+        cmocka_unit_test(test_antenna_file),
         cmocka_unit_test(test_orders_beyond_the_solver),
         cmocka_unit_test(test_station_of_grid_and_route),
         cmocka_unit_test(test_grid_ends),
