@@ -2,13 +2,25 @@
  * The constants at a frequency come from keller/wave.h. */
 #ifndef KELLER_MATERIAL_H
 #define KELLER_MATERIAL_H
+#include <stdint.h>
 
 typedef enum {
     KELLER_MATERIAL_NAMED,    /* only a name so far: to be found in the configuration, or the default material */
     KELLER_MATERIAL_ITU,      /* a row of ITU-R P.2040-4, by name */
     KELLER_MATERIAL_CONSTANT, /* relative permittivity and conductivity given outright */
-    KELLER_MATERIAL_CONDUCTOR /* perfect electric conductor */
+    KELLER_MATERIAL_CONDUCTOR, /* perfect electric conductor */
+    KELLER_MATERIAL_LAYERS    /* a slab of several layers in air */
 } KellerMaterialKind;
+
+/* One layer of a slab. */
+typedef struct {
+    KellerMaterialKind kind;  /* ITU or CONSTANT */
+    char itu[32];
+    double permittivity, conductivity; /* as of a material */
+    double thickness;         /* m, > 0 */
+} KellerLayer;
+
+enum { KELLER_MAX_LAYERS = 8 };
 
 typedef struct {
     char *name;               /* owned; UTF-8 */
@@ -16,7 +28,10 @@ typedef struct {
     char itu[32];             /* kind ITU: the table's name, e.g. "concrete" */
     double permittivity;      /* kind CONSTANT: relative, real part, >= 1 */
     double conductivity;      /* kind CONSTANT: S/m, >= 0 */
-    double thickness;         /* m, > 0: a slab in air; 0: a half-space (SPEC 6) */
+    double thickness;         /* m, > 0: a slab in air; 0: a half-space (SPEC 6); kind LAYERS: of all layers together */
+    double roughness;         /* m, rms height of the surface, >= 0 */
+    uint32_t layer_count;     /* kind LAYERS: 1 to KELLER_MAX_LAYERS; waves meet layer 0 first, from whichever side */
+    KellerLayer layers[KELLER_MAX_LAYERS];
 } KellerMaterial;
 
 /* How an edge between finitely conducting faces diffracts: which reflection coefficients go to which of the four terms of

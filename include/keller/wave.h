@@ -22,6 +22,12 @@ typedef struct {
     bool conductor;          /* perfect electric conductor: eta is not used */
     double complex eta;      /* relative permittivity eps' - j sigma/(w eps0) */
     double thickness;        /* m; 0: half-space */
+    double roughness;        /* m, rms height of the surface */
+    uint32_t layer_count;    /* 0: one medium; else a slab of these layers, as thick as all together, eta not used */
+    struct {
+        double complex eta;
+        double thickness;    /* m */
+    } layers[KELLER_MAX_LAYERS];
 } KellerMedium;
 
 /* True if `name` is in the ITU-R P.2040-4 table. */
@@ -36,11 +42,12 @@ KellerStatus keller_medium(const KellerMaterial *material, double frequency, Kel
 
 /* Reflection coefficients for E perpendicular (te) and parallel (tm) to the plane of incidence, ITU-R P.2040-4
  * conventions (R_TM = -R_TE at normal incidence; conductor: te = -1, tm = +1). `cos_incidence` in [0, 1], wavenumber k
- * of free space in rad/m (used by slabs only). Half-space or single-layer slab, as the medium says. */
+ * of free space in rad/m (used by slabs and rough surfaces only). Half-space or slab of one or several layers, as the medium
+ * says; what is left of the reflection at a rough surface is its coherent part, e^{-2 (k roughness cos)^2} (Ament 1953). */
 void keller_reflection(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                        double complex *tm);
 /* Transmission coefficients of a slab (thickness > 0), including the phase through it; 0 for a half-space or a
- * conductor. */
+ * conductor. Roughness does not enter. */
 void keller_transmission(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                          double complex *tm);
 /* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident

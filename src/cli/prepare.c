@@ -67,6 +67,7 @@ static const char *material_text(const KellerMaterial *m, char text[120])
         snprintf(text, 120, "permittivity %g, conductivity %g S/m, %s", m->permittivity, m->conductivity, thickness);
         break;
     case KELLER_MATERIAL_CONDUCTOR: snprintf(text, 120, "perfect conductor"); break;
+    case KELLER_MATERIAL_LAYERS: snprintf(text, 120, "%u layers, %s", m->layer_count, thickness); break;
     }
     return text;
 }

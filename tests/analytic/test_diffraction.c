@@ -33,6 +33,14 @@ static KellerMedium random_medium(void)
     KellerMedium medium = {.eta = between(1.5, 30) - I * between(0, 10)};
     medium.conductor = kind < 0.2;
     medium.thickness = kind > 0.6 ? between(0.003, 0.4) : 0;
+    if (kind > 0.8) {
+        medium.layer_count = 2;
+        for (int i = 0; i < 2; i++) {
+            medium.layers[i].eta = between(1.5, 30) - I * between(0, 10);
+            medium.layers[i].thickness = medium.thickness / 2;
+        }
+    }
+    if (fmod(kind, 0.2) > 0.15) medium.roughness = between(0, 0.01);
     return medium;
 }
 

@@ -163,6 +163,28 @@ static void test_defaults(void **state)
     free(text);
 }
 
+static void test_layers_and_roughness(void **state)
+{
+    KellerConfig c;
+    char *one = replaced(base_config, "<material name=\"glass\" permittivity=\"6.31\" conductivity=\"0.0036 S/m\" thickness=\"6 mm\"/>",
+                         "<material name='glass' roughness='0.1 mm'><layer itu='glass' thickness='4 mm'/><layer itu='vacuum' "
+                         "thickness='12 mm'/><layer permittivity='6.31' conductivity='0.0036 S/m' thickness='6 mm'/></material>");
+    char *two = replaced(one, "conductor=\"perfect\"", "conductor=\"perfect\" roughness=\"2 cm\"");
+    read_text(*state, two, 0, NULL, &c);
+    const KellerMaterial *m = &c.materials[1];
+    assert_int_equal(m->kind, KELLER_MATERIAL_LAYERS);
+    assert_int_equal(m->layer_count, 3);
+    assert_true(fabs(m->thickness - 0.022) < 1e-15 && m->roughness == 1e-4);
+    assert_true(m->layers[0].kind == KELLER_MATERIAL_ITU && m->layers[0].thickness == 0.004);
+    assert_string_equal(m->layers[1].itu, "vacuum");
+    assert_true(m->layers[2].kind == KELLER_MATERIAL_CONSTANT && m->layers[2].permittivity == 6.31);
+    assert_true(m->layers[2].conductivity == 0.0036);
+    assert_true(c.materials[2].roughness == 0.02 && c.materials[0].roughness == 0);
+    keller_config_free(&c);
+    free(one);
+    free(two);
+}
+
 /* An antenna file is read once, relative to the configuration, however many stations name it. */
 static void test_antenna_file(void **state)
 {
@@ -378,6 +400,7 @@ int main(void)
         cmocka_unit_test(test_receivers),
         cmocka_unit_test(test_defaults),
         cmocka_unit_test(test_antenna_file),
+        cmocka_unit_test(test_layers_and_roughness),
         cmocka_unit_test(test_orders_beyond_the_solver),
         cmocka_unit_test(test_station_of_grid_and_route),
         cmocka_unit_test(test_grid_ends),
