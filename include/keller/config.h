@@ -65,6 +65,7 @@ typedef struct {
     size_t frequency_count;
     double *frequencies;        /* Hz, as given, each > 0 */
     int *frequency_lines;       /* NULL where the configuration was not read from a file */
+    KellerAir air;
     size_t material_count;
     KellerMaterial *materials;
     int *material_lines;

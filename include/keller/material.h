@@ -2,6 +2,7 @@
  * The constants at a frequency come from keller/wave.h. */
 #ifndef KELLER_MATERIAL_H
 #define KELLER_MATERIAL_H
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef enum {
@@ -33,6 +34,15 @@ typedef struct {
     uint32_t layer_count;     /* kind LAYERS: 1 to KELLER_MAX_LAYERS; waves meet layer 0 first, from whichever side */
     KellerLayer layers[KELLER_MAX_LAYERS];
 } KellerMaterial;
+
+/* The air between surfaces, and rain in it. All zero: neither takes anything. */
+typedef struct {
+    bool gases;               /* absorption by oxygen and water vapour; the next three count */
+    double temperature;       /* K */
+    double pressure;          /* Pa, of dry air and vapour together */
+    double vapour;            /* Pa, of water vapour */
+    double rain;              /* m/s; 1 mm/h is 2.8e-7 */
+} KellerAir;
 
 /* How an edge between finitely conducting faces diffracts: which reflection coefficients go to which of the four terms of
  * the uniform theory (docs/theory.md; docs/accuracy.md has their errors). Perfect conductors need none. */

@@ -103,6 +103,17 @@ typedef struct {
 KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                   double k, KellerCVec3 e);
 
+/* ---- air and rain --------------------------------------------------------------------------------------------- */
+
+/* dB/m that the air takes: by gases as ITU-R P.676-13, annex 1 (line by line), has it, and by rain, ITU-R P.838-3, for a
+ * polarisation half-way between horizontal and vertical. Frequency in Hz, 1 to 1000 GHz. 0 where *air is all zero. */
+double keller_air_loss(const KellerAir *air, double frequency);
+/* dB/m by rain of `rate` m/s at the path's elevation and the polarisation's tilt from the horizontal (rad). */
+double keller_rain_loss(double frequency, double rate, double elevation, double tilt);
+/* The pressure of water vapour (Pa) at a temperature (K), pressure (Pa) and relative humidity (1 is saturated, over water):
+ * ITU-R P.453-14, equations 7 to 9. */
+double keller_vapour_pressure(double temperature, double pressure, double humidity);
+
 /* ---- antennas ------------------------------------------------------------------------------------------------- */
 
 typedef enum {

@@ -20,13 +20,14 @@ typedef struct {
 
 static const Rule rules[] = {
     {"simulation", "version! domain!",
-     "scene! origin? frequency+ material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
+     "scene! origin? frequency+ medium? material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
      "solver? "
      "output?",
      false},
     {"scene", "file! scale?", "", false},
     {"origin", "lat! lon! height!", "", false},
     {"frequency", "", "", true},
+    {"medium", "temperature? pressure? humidity? absorption? rain?", "", false},
     {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness?", "layer*", false},
     {"layer", "itu? permittivity? conductivity? thickness!", "", false},
     {"default-material", "name!", "", false},

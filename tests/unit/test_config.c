@@ -185,6 +185,27 @@ static void test_layers_and_roughness(void **state)
     free(two);
 }
 
+/* Off unless asked for; relative humidity to a pressure. */
+static void test_medium(void **state)
+{
+    KellerConfig c;
+    char *one = replaced(base_config, "<material", "<medium temperature='15 degC' humidity='40 %' pressure='100 kPa' "
+                                                   "absorption='p676' rain='36 mm/h'/><material");
+    read_text(*state, one, 0, NULL, &c);
+    assert_true(c.air.gases && c.air.temperature == 288.15 && c.air.pressure == 1e5 && fabs(c.air.rain - 1e-5) < 1e-20);
+    assert_true(fabs(c.air.vapour - keller_vapour_pressure(288.15, 1e5, 0.4)) < 1e-9);
+    keller_config_free(&c);
+    free(one);
+    one = replaced(base_config, "<material", "<medium rain='2 mm/h'/><material");
+    read_text(*state, one, 0, NULL, &c);
+    assert_true(!c.air.gases && c.air.rain > 0);
+    keller_config_free(&c);
+    free(one);
+    read_text(*state, base_config, 0, NULL, &c);
+    assert_true(!c.air.gases && c.air.rain == 0);
+    keller_config_free(&c);
+}
+
 /* An antenna file is read once, relative to the configuration, however many stations name it. */
 static void test_antenna_file(void **state)
 {
@@ -399,6 +420,7 @@ int main(void)
         cmocka_unit_test(test_everything),
         cmocka_unit_test(test_receivers),
         cmocka_unit_test(test_defaults),
+        cmocka_unit_test(test_medium),
         cmocka_unit_test(test_antenna_file),
         cmocka_unit_test(test_layers_and_roughness),
         cmocka_unit_test(test_orders_beyond_the_solver),
