@@ -41,6 +41,11 @@ typedef struct {
 } KellerReceiver;
 
 typedef struct {
+    char *file;                 /* path, resolved against the configuration's folder */
+    KellerAntennaCuts *cuts;    /* owned; stations point here */
+} KellerAntennaFile;
+
+typedef struct {
     char *object, *material;
 } KellerAssignment;
 
@@ -60,6 +65,7 @@ typedef struct {
     size_t frequency_count;
     double *frequencies;        /* Hz, as given, each > 0 */
     int *frequency_lines;       /* NULL where the configuration was not read from a file */
+    KellerAir air;
     size_t material_count;
     KellerMaterial *materials;
     int *material_lines;
@@ -68,6 +74,8 @@ typedef struct {
     size_t assignment_count;
     KellerAssignment *assignments;
     int *assignment_lines;
+    size_t antenna_count;
+    KellerAntennaFile *antennas; /* each file once */
     size_t transmitter_count;
     KellerTransmitter *transmitters;
     size_t set_count;
@@ -77,6 +85,7 @@ typedef struct {
     uint32_t reflections, diffractions, transmissions, interactions;
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
+    KellerWedgeModel wedge_model; /* the caller puts it and air into the scene that is simulated */
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
     uint32_t threads;           /* 0: all */

@@ -2,6 +2,7 @@
 #ifndef KELLER_KELLER_H
 #define KELLER_KELLER_H
 #include "keller/accel.h"
+#include "keller/antenna.h"
 #include "keller/cone.h"
 #include "keller/config.h"
 #include "keller/error.h"

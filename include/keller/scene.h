@@ -70,6 +70,8 @@ typedef struct {
     char **objects;
     KellerVec3 lower, upper;        /* bounding box; both zero where there are no triangles */
     double contact;                 /* m: things nearer than this touch (keller_scene_contact) */
+    KellerWedgeModel wedge_model;   /* how the wedges diffract; the caller's to change once the scene is built */
+    KellerAir air;                  /* likewise what the air takes; nothing as built */
     KellerSceneReport report;
 } KellerScene;
 

@@ -22,6 +22,12 @@ typedef struct {
     bool conductor;          /* perfect electric conductor: eta is not used */
     double complex eta;      /* relative permittivity eps' - j sigma/(w eps0) */
     double thickness;        /* m; 0: half-space */
+    double roughness;        /* m, rms height of the surface */
+    uint32_t layer_count;    /* 0: one medium; else a slab of these layers, as thick as all together, eta not used */
+    struct {
+        double complex eta;
+        double thickness;    /* m */
+    } layers[KELLER_MAX_LAYERS];
 } KellerMedium;
 
 /* True if `name` is in the ITU-R P.2040-4 table. */
@@ -36,11 +42,12 @@ KellerStatus keller_medium(const KellerMaterial *material, double frequency, Kel
 
 /* Reflection coefficients for E perpendicular (te) and parallel (tm) to the plane of incidence, ITU-R P.2040-4
  * conventions (R_TM = -R_TE at normal incidence; conductor: te = -1, tm = +1). `cos_incidence` in [0, 1], wavenumber k
- * of free space in rad/m (used by slabs only). Half-space or single-layer slab, as the medium says. */
+ * of free space in rad/m (used by slabs and rough surfaces only). Half-space or slab of one or several layers, as the medium
+ * says; what is left of the reflection at a rough surface is its coherent part, e^{-2 (k roughness cos)^2} (Ament 1953). */
 void keller_reflection(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                        double complex *tm);
 /* Transmission coefficients of a slab (thickness > 0), including the phase through it; 0 for a half-space or a
- * conductor. */
+ * conductor. Roughness does not enter. */
 void keller_transmission(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                          double complex *tm);
 /* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident
@@ -64,6 +71,19 @@ double complex keller_transition(double x);
 void keller_utd_terms(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
                       double complex d[4]);
 
+/* The derivatives of the four terms by their own angles pi + (phi - phi'), pi - (phi - phi'), pi + (phi + phi'), pi - (phi +
+ * phi'), 1/rad: what a field that vanishes at the edge, but changes across it, is diffracted with (slope diffraction;
+ * Hwang and Kouyoumjian 1974). By phi' their signs are -, +, +, -; by phi +, -, +, -. Arguments as keller_utd_terms. On a
+ * pole the derivative is continuous, and so is what this returns. */
+void keller_utd_slopes(double n, double phi, double phi_incident, double sin_beta0, double k, double L,
+                       double complex slope[4]);
+
+/* The field behind two parallel absorbing screens, relative to the free field: Fresnel-Kirchhoff, paraxial, uniform, wherever
+ * the edges lie in each other's transition zones. Distances d1 (source to first edge), d2, d3 (second edge to receiver) in
+ * m, > 0; heights of the edges over the straight line from source to receiver in m, negative below it; k rad/m. The error
+ * is below 1e-12. Takes 128 values of the Faddeeva function. */
+double complex keller_double_edge(double k, double d1, double d2, double d3, double h1, double h2);
+
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */
 #define KELLER_BOUNDARY_ANGLE 1e-9
@@ -73,16 +93,30 @@ typedef struct {
     double n;
     KellerVec3 direction, tangent0, normal0;
     KellerMedium medium[2];  /* of the 0-face and of the n-face */
+    KellerWedgeModel model;  /* of the faces' finite conductivity */
 } KellerWedgeWave;
 
 /* The diffracted field at distance `s` behind the edge, without the phase e^{-jks}: incident unit direction `in`
  * (towards the edge), diffracted unit direction `out` (away from it), with equal angles to the edge; incident field `e`
  * at the edge (transverse to `in`); s_in and s: distances (m) along the ray from the (image) source to the edge and from
  * the edge to the (image) receiver, for spreading sqrt(s_in/(s (s_in + s))) and L = s_in s/(s_in + s) sin^2 beta0.
- * Reflection coefficients of finitely conducting faces enter as 2x2 matrices in the edge-fixed basis (Luebbers-type
- * heuristic), symmetrised so that exchanging source and receiver transposes the result exactly. */
+ * Reflection coefficients of finitely conducting faces enter as 2x2 matrices in the edge-fixed basis, put to the terms as
+ * wedge->model says; in sectors below pi (n < 1) all models are one. Whatever the model, the total field is continuous
+ * across shadow and reflection boundaries and a conductor's field is Kouyoumjian and Pathak's; exchanging source and
+ * receiver transposes the result exactly for KELLER_WEDGE_RECIPROCAL and for n < 1. */
 KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                   double k, KellerCVec3 e);
+
+/* ---- air and rain --------------------------------------------------------------------------------------------- */
+
+/* dB/m that the air takes: by gases as ITU-R P.676-13, annex 1 (line by line), has it, and by rain, ITU-R P.838-3, for a
+ * polarisation half-way between horizontal and vertical. Frequency in Hz, 1 to 1000 GHz. 0 where *air is all zero. */
+double keller_air_loss(const KellerAir *air, double frequency);
+/* dB/m by rain of `rate` m/s at the path's elevation and the polarisation's tilt from the horizontal (rad). */
+double keller_rain_loss(double frequency, double rate, double elevation, double tilt);
+/* The pressure of water vapour (Pa) at a temperature (K), pressure (Pa) and relative humidity (1 is saturated, over water):
+ * ITU-R P.453-14, equations 7 to 9. */
+double keller_vapour_pressure(double temperature, double pressure, double humidity);
 
 /* ---- antennas ------------------------------------------------------------------------------------------------- */
 
@@ -90,14 +124,28 @@ typedef enum {
     KELLER_ANTENNA_ISOTROPIC,
     KELLER_ANTENNA_DIPOLE,           /* short dipole along the antenna's z axis */
     KELLER_ANTENNA_HALF_WAVE_DIPOLE,
-    KELLER_ANTENNA_TR38901           /* 3GPP TR 38.901 table 7.3-1 element, boresight +x of the antenna's frame */
+    KELLER_ANTENNA_TR38901,          /* 3GPP TR 38.901 table 7.3-1 element, boresight +x of the antenna's frame */
+    KELLER_ANTENNA_CUTS              /* a gain and two cuts, as in a file (keller/antenna.h) */
 } KellerAntennaPattern;
+
+enum { KELLER_CUT_ANGLES = 360 };
+
+/* A pattern by a horizontal and a vertical cut: losses in dB below the gain, one a degree. Horizontal angles run from +x of the
+ * antenna's frame clockwise seen from above (towards -y), vertical ones from the horizon downwards: 90 is straight down,
+ * 180 behind. The horizontal cut is taken on the cone through the maximum of the vertical one, the vertical cut in the
+ * half-plane through the maximum of the horizontal one; between them the pattern is interpolated (docs/theory.md). The half of
+ * the vertical cut behind the antenna is not used. */
+typedef struct {
+    double gain;                     /* dBi */
+    double horizontal[KELLER_CUT_ANGLES], vertical[KELLER_CUT_ANGLES];
+} KellerAntennaCuts;
 
 typedef enum { KELLER_POLARIZATION_V, KELLER_POLARIZATION_H } KellerPolarization;
 
 typedef struct {
     KellerAntennaPattern pattern;
     KellerPolarization polarization;
+    const KellerAntennaCuts *cuts;   /* pattern CUTS: borrowed */
 } KellerAntenna;
 
 /* Zenith and azimuth (radians, zenith in [0, pi], azimuth in (-pi, pi]) of the unit vector d. At the poles azimuth is 0. Any

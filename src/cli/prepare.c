@@ -41,6 +41,8 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     if (status == KELLER_OK) status = keller_config_resolve(&p->config, &p->soup, error);
     double read = keller_seconds();
     if (status == KELLER_OK) status = keller_build_scene_of(p->config.scene_file, &p->soup, &p->scene, error);
+    p->scene.wedge_model = p->config.wedge_model;
+    p->scene.air = p->config.air;
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;
@@ -66,6 +68,7 @@ static const char *material_text(const KellerMaterial *m, char text[120])
         snprintf(text, 120, "permittivity %g, conductivity %g S/m, %s", m->permittivity, m->conductivity, thickness);
         break;
     case KELLER_MATERIAL_CONDUCTOR: snprintf(text, 120, "perfect conductor"); break;
+    case KELLER_MATERIAL_LAYERS: snprintf(text, 120, "%u layers, %s", m->layer_count, thickness); break;
     }
     return text;
 }
@@ -95,6 +98,11 @@ void keller_print_configuration(const KellerConfig *c)
                routes == 1 ? "" : "s", grids, grids == 1 ? "" : "s");
     keller_row("orders", "%u reflections, %u diffractions, %u transmissions, at most %u together", c->reflections,
                c->diffractions, c->transmissions, c->interactions);
+    static const char *const models[] = {
+        [KELLER_WEDGE_RECIPROCAL] = "reciprocal", [KELLER_WEDGE_LUEBBERS] = "luebbers", [KELLER_WEDGE_HOLM] = "holm"};
+    keller_row("wedges", "%s", models[c->wedge_model]);
+    if (c->air.gases || c->air.rain > 0)
+        keller_row("air", "gases %s, rain %g mm/h", c->air.gases ? "as in ITU-R P.676" : "ignored", c->air.rain * 3.6e6);
     keller_row("dynamic range", "%g dB", c->dynamic_range);
     keller_row("accelerator", "%s, cones of half-angle %.3g deg", c->accelerator, c->cone * 180 / M_PI);
     keller_row("output", "%s%s%s%s", c->output_paths ? "paths " : "", c->output_coverage ? "coverage " : "",

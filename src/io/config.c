@@ -30,6 +30,11 @@ void keller_config_free(KellerConfig *config)
     }
     free(config->assignments);
     free(config->assignment_lines);
+    for (size_t i = 0; i < config->antenna_count; i++) {
+        free(config->antennas[i].file);
+        free(config->antennas[i].cuts);
+    }
+    free(config->antennas);
     for (size_t i = 0; i < config->transmitter_count; i++) free(config->transmitters[i].id);
     free(config->transmitters);
     for (size_t i = 0; i < config->set_count; i++) {
@@ -158,7 +163,53 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
                                     bends, KELLER_MAX_BENDS);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "dynamic-range", "ratio", &positive, &config->dynamic_range);
+    static const char *const models[] = {"reciprocal", "luebbers", "holm", NULL};
+    static const KellerWedgeModel meaning[] = {KELLER_WEDGE_RECIPROCAL, KELLER_WEDGE_LUEBBERS, KELLER_WEDGE_HOLM};
+    unsigned place = 0;
+    if (status == KELLER_OK) status = keller_config_word(reader, node, "wedge", models, &place);
+    config->wedge_model = meaning[place];
     return status;
+}
+
+/* ITU-R P.676 and P.838. */
+static const double air_band[2] = {1e9, 1e12}; /* Hz */
+
+static KellerStatus read_medium(KellerConfigReader *reader, const xmlNode *root)
+{
+    KellerConfig *config = reader->config;
+    const xmlNode *node = keller_config_child(root, "medium");
+    if (!node) return KELLER_OK;
+    static const KellerConfigRange temperature = {150, 400, "150 K to 400 K"}, pressure = {0, 2e5, "0 Pa to 200 kPa"};
+    static const KellerConfigRange humidity = {0, 1, "0 % to 100 %"}, rain = {0, 1e3 / 3.6e6, "0 mm/h to 1000 mm/h"};
+    static const char *const absorptions[] = {"none", "p676", NULL};
+    unsigned place = 0;
+    double share = 0.5;
+    KellerAir *air = &config->air;
+    *air = (KellerAir){.temperature = 288.15, .pressure = 101325};
+    KellerStatus status = keller_config_word(reader, node, "absorption", absorptions, &place);
+    if (status == KELLER_OK)
+        status = keller_config_quantity(reader, node, "temperature", "temperature", &temperature, &air->temperature);
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "pressure", "pressure", &pressure, &air->pressure);
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "humidity", "share", &humidity, &share);
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "rain", "rain", &rain, &air->rain);
+    if (status != KELLER_OK) return status;
+    air->gases = place == 1;
+    for (int i = 0; i < 3 && !air->gases; i++) {
+        static const char *const used[] = {"temperature", "pressure", "humidity"};
+        if (keller_config_attribute(node, used[i]))
+            return keller_config_fail(reader, node, "<medium> has a %s that nothing uses; expected absorption=\"p676\" with it",
+                                      used[i]);
+    }
+    air->vapour = keller_vapour_pressure(air->temperature, air->pressure, share);
+    if (air->gases && air->vapour > air->pressure)
+        return keller_config_fail(reader, node, "the water vapour of <medium> has %g Pa, more than the air's %g Pa; expected a "
+                                                "lower humidity or temperature", air->vapour, air->pressure);
+    for (size_t f = 0; f < config->frequency_count && (air->gases || air->rain > 0); f++)
+        if (config->frequencies[f] < air_band[0] || config->frequencies[f] > air_band[1])
+            return keller_config_fail(reader, node, "<medium> is defined from 1 GHz to 1000 GHz, and the frequency on line %d is "
+                                                    "%g Hz; expected one between, or no <medium>",
+                                      config->frequency_lines[f], config->frequencies[f]);
+    return KELLER_OK;
 }
 
 static KellerStatus read_solver(KellerConfigReader *reader, const xmlNode *root)
@@ -225,6 +276,7 @@ static KellerStatus read_document(KellerConfigReader *reader, xmlDocPtr doc, siz
     if (!config->file) return keller_error_memory(reader->error, strlen(reader->file) + 1);
     status = read_scene(reader, root);
     if (status == KELLER_OK) status = read_frequencies(reader, root);
+    if (status == KELLER_OK) status = read_medium(reader, root);
     if (status == KELLER_OK) status = keller_config_read_materials(reader, root);
     if (status == KELLER_OK) status = read_paths(reader, root);
     if (status == KELLER_OK) status = read_solver(reader, root);

@@ -29,62 +29,105 @@ const char *keller_config_itu_list(const char *wrong, char list[KELLER_ITU_LIST_
     return list;
 }
 
-static KellerStatus read_itu(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+static KellerStatus read_itu(const KellerConfigReader *reader, const xmlNode *node, KellerLayer *made)
 {
     const char *itu = keller_config_attribute(node, "itu");
-    if (keller_itu_known(itu) && strlen(itu) < sizeof material->itu) {
-        material->kind = KELLER_MATERIAL_ITU;
-        memcpy(material->itu, itu, strlen(itu) + 1);
+    if (keller_itu_known(itu) && strlen(itu) < sizeof made->itu) {
+        made->kind = KELLER_MATERIAL_ITU;
+        memcpy(made->itu, itu, strlen(itu) + 1);
         return KELLER_OK;
     }
     char list[KELLER_ITU_LIST_BYTES];
     return keller_config_fail(reader, node,
-                              "itu of <material> is \"%s\", which is not in ITU-R P.2040; expected one of %s",
-                              keller_quote(itu).text, keller_config_itu_list(itu, list));
+                              "itu of <%s> is \"%s\", which is not in ITU-R P.2040; expected one of %s",
+                              (const char *)node->name, keller_quote(itu).text, keller_config_itu_list(itu, list));
 }
 
-static KellerStatus read_constants(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+static KellerStatus read_constants(const KellerConfigReader *reader, const xmlNode *node, KellerLayer *made)
 {
     static const KellerConfigRange permittivity = {1, 1e9, "a relative permittivity from 1 to 1e9"};
     static const KellerConfigRange conductivity = {0, 1e12, "0 S/m to 1e12 S/m"};
-    material->kind = KELLER_MATERIAL_CONSTANT;
+    made->kind = KELLER_MATERIAL_CONSTANT;
     KellerStatus status =
-        keller_config_quantity(reader, node, "permittivity", NULL, &permittivity, &material->permittivity);
+        keller_config_quantity(reader, node, "permittivity", NULL, &permittivity, &made->permittivity);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "conductivity", "conductivity", &conductivity,
-                                        &material->conductivity);
+                                        &made->conductivity);
     return status;
 }
 
-static KellerStatus read_material(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+static const KellerConfigRange thickness_range = {DBL_MIN, 1e6, "a thickness of more than 0 m and at most 1000 km"};
+
+/* What a material or a layer is made of, and how thick; `name` is the material's. */
+static KellerStatus read_made(const KellerConfigReader *reader, const xmlNode *node, const char *name, KellerLayer *made)
 {
-    KellerStatus status = keller_config_name(reader, node, "name", &material->name);
-    if (status != KELLER_OK) return status;
     bool itu = keller_config_attribute(node, "itu"), conductor = keller_config_attribute(node, "conductor");
     bool permittivity = keller_config_attribute(node, "permittivity");
     bool conductivity = keller_config_attribute(node, "conductivity");
+    KellerStatus status = KELLER_OK;
     if (itu + conductor + (permittivity || conductivity) != 1)
         return keller_config_fail(
             reader, node,
             "material \"%s\" is given %s; expected exactly one of itu=\"...\", permittivity=\"...\" (with "
-            "conductivity=\"...\") and conductor=\"perfect\"",
-            keller_quote(material->name).text, itu || conductor ? "in more than one way" : "without any property");
+            "conductivity=\"...\") and conductor=\"perfect\", or a <layer> and more",
+            keller_quote(name).text, itu || conductor ? "in more than one way" : "without any property");
     if (conductivity && !permittivity)
         return keller_config_fail(reader, node,
                                   "material \"%s\" has a conductivity but no permittivity; expected both, or "
                                   "conductor=\"perfect\"",
-                                  keller_quote(material->name).text);
-    if (itu) status = read_itu(reader, node, material);
-    if (permittivity) status = read_constants(reader, node, material);
+                                  keller_quote(name).text);
+    if (itu) status = read_itu(reader, node, made);
+    if (permittivity) status = read_constants(reader, node, made);
     if (conductor) {
         static const char *const words[] = {"perfect", NULL};
         unsigned place = 0;
         status = keller_config_word(reader, node, "conductor", words, &place);
-        material->kind = KELLER_MATERIAL_CONDUCTOR;
+        made->kind = KELLER_MATERIAL_CONDUCTOR;
     }
-    static const KellerConfigRange thickness = {DBL_MIN, 1e6, "a thickness of more than 0 m and at most 1000 km"};
     if (status == KELLER_OK)
-        status = keller_config_quantity(reader, node, "thickness", "length", &thickness, &material->thickness);
+        status = keller_config_quantity(reader, node, "thickness", "length", &thickness_range, &made->thickness);
+    return status;
+}
+
+static KellerStatus read_layers(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+{
+    static const char *const whole[] = {"itu", "permittivity", "conductivity", "conductor", "thickness"};
+    material->kind = KELLER_MATERIAL_LAYERS;
+    for (size_t i = 0; i < sizeof whole / sizeof *whole; i++)
+        if (keller_config_attribute(node, whole[i]))
+            return keller_config_fail(reader, node, "material \"%s\" has layers and %s=\"...\"; expected it in each <layer>",
+                                      keller_quote(material->name).text, whole[i]);
+    for (const xmlNode *child = node->children; child; child = child->next) {
+        if (!keller_config_is(child, "layer")) continue;
+        if (material->layer_count == KELLER_MAX_LAYERS)
+            return keller_config_fail(reader, child, "material \"%s\" has more than %d layers; expected fewer",
+                                      keller_quote(material->name).text, KELLER_MAX_LAYERS);
+        KellerLayer *layer = &material->layers[material->layer_count++];
+        KellerStatus status = read_made(reader, child, material->name, layer);
+        if (status != KELLER_OK) return status;
+        material->thickness += layer->thickness;
+    }
+    return KELLER_OK;
+}
+
+static KellerStatus read_material(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+{
+    static const KellerConfigRange roughness = {0, 1e3, "0 m to 1 km"};
+    KellerStatus status = keller_config_name(reader, node, "name", &material->name);
+    if (status != KELLER_OK) return status;
+    if (keller_config_child(node, "layer")) {
+        status = read_layers(reader, node, material);
+    } else {
+        KellerLayer made = {.kind = KELLER_MATERIAL_NAMED};
+        status = read_made(reader, node, material->name, &made);
+        material->kind = made.kind;
+        memcpy(material->itu, made.itu, sizeof material->itu);
+        material->permittivity = made.permittivity;
+        material->conductivity = made.conductivity;
+        material->thickness = made.thickness;
+    }
+    if (status == KELLER_OK)
+        status = keller_config_quantity(reader, node, "roughness", "length", &roughness, &material->roughness);
     return status;
 }
 

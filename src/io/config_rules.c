@@ -20,14 +20,16 @@ typedef struct {
 
 static const Rule rules[] = {
     {"simulation", "version! domain!",
-     "scene! origin? frequency+ material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
+     "scene! origin? frequency+ medium? material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
      "solver? "
      "output?",
      false},
     {"scene", "file! scale?", "", false},
     {"origin", "lat! lon! height!", "", false},
     {"frequency", "", "", true},
-    {"material", "name! itu? permittivity? conductivity? conductor? thickness?", "", false},
+    {"medium", "temperature? pressure? humidity? absorption? rain?", "", false},
+    {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness?", "layer*", false},
+    {"layer", "itu? permittivity? conductivity? thickness!", "", false},
     {"default-material", "name!", "", false},
     {"assign", "object! material!", "", false},
     {"transmitter", "id!", "position? geodetic? " STATION " power?", false},
@@ -43,7 +45,7 @@ static const Rule rules[] = {
     {"from", "x! y!", "", false},
     {"to", "x! y!", "", false},
     {"step", "", "", true},
-    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range?", "", false},
+    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range? wedge?", "", false},
     {"solver", "accelerator? cone? threads?", "", false},
     {"output", "paths? coverage? scene?", "", false},
 };

@@ -1,9 +1,13 @@
+#define _GNU_SOURCE /* asprintf */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "io/config_read.h"
 #include "io/names.h"
+#include "io/xml.h"
+#include "keller/antenna.h"
 
 static const KellerConfigRange coordinate = {-KELLER_MAX_COORDINATE, KELLER_MAX_COORDINATE,
                                              "a coordinate within 1e6 km"};
@@ -18,32 +22,61 @@ static KellerStatus read_three(const KellerConfigReader *reader, const xmlNode *
     return status;
 }
 
-static KellerStatus read_antenna(const KellerConfigReader *reader, const xmlNode *node, KellerAntenna *antenna)
+/* The cuts of a file, read when it is named first. */
+static KellerStatus read_antenna_file(KellerConfigReader *reader, const xmlNode *node, const KellerAntennaCuts **cuts)
+{
+    KellerConfig *config = reader->config;
+    if (!keller_config_grow((void **)&config->antennas, &reader->antenna_capacity, config->antenna_count, 1,
+                            sizeof *config->antennas))
+        return keller_error_memory(reader->error, sizeof *config->antennas);
+    KellerAntennaFile *new = &config->antennas[config->antenna_count];
+    *new = (KellerAntennaFile){NULL, NULL};
+    KellerStatus status = keller_config_path(reader, node, "file", &new->file);
+    if (status != KELLER_OK) return status;
+    for (size_t i = 0; i < config->antenna_count; i++)
+        if (strcmp(config->antennas[i].file, new->file) == 0) {
+            free(new->file);
+            *cuts = config->antennas[i].cuts;
+            return KELLER_OK;
+        }
+    config->antenna_count++; /* from here on the configuration owns it */
+    new->cuts = malloc(sizeof *new->cuts);
+    char *where = NULL;
+    if (!new->cuts || asprintf(&where, "%s:%d", reader->file, keller_xml_line(node)) < 0)
+        return keller_error_memory(reader->error, sizeof *new->cuts);
+    status = keller_antenna_read(new->file, where, new->cuts, reader->error);
+    free(where);
+    *cuts = new->cuts;
+    return status;
+}
+
+static KellerStatus read_antenna(KellerConfigReader *reader, const xmlNode *node, KellerAntenna *antenna)
 {
     static const char *const patterns[] = {"isotropic", "dipole", "half-wave-dipole", "tr38901", NULL};
     static const KellerAntennaPattern meaning[] = {KELLER_ANTENNA_ISOTROPIC, KELLER_ANTENNA_DIPOLE,
                                                    KELLER_ANTENNA_HALF_WAVE_DIPOLE, KELLER_ANTENNA_TR38901};
     static const char *const polarizations[] = {"V", "H", NULL};
     const char *pattern = keller_config_attribute(node, "pattern");
-    if (keller_config_attribute(node, "file") || (pattern && strncmp(pattern, "file=", 5) == 0))
-        return keller_config_fail(reader, node,
-                                  "antenna pattern files are not read by this version of keller; expected "
-                                  "pattern=\"isotropic\", \"dipole\", \"half-wave-dipole\" or \"tr38901\"");
+    bool file = keller_config_attribute(node, "file");
+    if (pattern && (file || strncmp(pattern, "file=", 5) == 0))
+        return keller_config_fail(reader, node, "an antenna from a file has no pattern=\"...\"; expected file=\"...\" alone, "
+                                                "or pattern=\"...\" alone");
     unsigned place = 0, polarization = 0;
     KellerStatus status = keller_config_word(reader, node, "pattern", patterns, &place);
     if (status == KELLER_OK) status = keller_config_word(reader, node, "polarization", polarizations, &polarization);
-    antenna->pattern = meaning[place];
+    antenna->pattern = file ? KELLER_ANTENNA_CUTS : meaning[place];
     antenna->polarization = polarization ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
+    if (status == KELLER_OK && file) status = read_antenna_file(reader, node, &antenna->cuts);
     return status;
 }
 
 /* Everything but the position; zero and isotropic V where left out. */
-static KellerStatus read_station(const KellerConfigReader *reader, const xmlNode *node, KellerStation *station)
+static KellerStatus read_station(KellerConfigReader *reader, const xmlNode *node, KellerStation *station)
 {
     static const char *const angles[3] = {"yaw", "pitch", "roll"}, *const axes[3] = {"x", "y", "z"};
     static const KellerConfigRange turn = {-1e3, 1e3, "an angle within 1000 rad"};
     static const KellerConfigRange speed = {-KELLER_LIGHT_SPEED, KELLER_LIGHT_SPEED, "at most the speed of light"};
-    *station = (KellerStation){.antenna = {KELLER_ANTENNA_ISOTROPIC, KELLER_POLARIZATION_V}};
+    *station = (KellerStation){.antenna = {KELLER_ANTENNA_ISOTROPIC, KELLER_POLARIZATION_V, NULL}};
     KellerStatus status = KELLER_OK;
     const xmlNode *child = keller_config_child(node, "antenna");
     if (child) status = read_antenna(reader, child, &station->antenna);

@@ -190,6 +190,7 @@ static KellerStatus write_materials(KellerHdf *hdf, const KellerConfig *config, 
             size_t at = i * frequencies + f;
             permittivity[at] = conductivity[at] = NAN;   /* outside the table's range: allowed where no face has it */
             if (keller_medium(material, config->frequencies[f], &medium, NULL) != KELLER_OK) continue;
+            if (medium.layer_count > 0) continue; /* no one permittivity */
             if (medium.conductor) {
                 conductivity[at] = INFINITY;
                 continue;

@@ -72,6 +72,12 @@ static const Kind kinds[] = {
      "a power with its unit, such as \"30 dBm\" (dBm, dBW, mW, W, kW)",
      {{"dBm", 1, 1e3, true}, {"dBW", 1, 1, true}, {"mW", 1, 1e3, false}, {"W", 1, 1, false}, {"kW", 1e3, 1, false}}},
     {"conductivity", "a conductivity with its unit, such as \"0.01 S/m\" (S/m)", {{"S/m", 1, 1, false}}},
+    {"temperature", "a temperature with its unit, such as \"15 degC\" (degC, K)", {{"K", 1, 1, false}, {"degC", 1, 1, false}}},
+    {"pressure",
+     "a pressure with its unit, such as \"101.325 kPa\" (Pa, hPa, kPa)",
+     {{"Pa", 1, 1, false}, {"hPa", 1e2, 1, false}, {"kPa", 1e3, 1, false}}},
+    {"share", "a percentage, such as \"50 %\" (%)", {{"%", 1, 1e2, false}}},
+    {"rain", "a rain rate with its unit, such as \"25 mm/h\" (mm/h)", {{"mm/h", 1, 3.6e6, false}}},
     {"ratio", "a ratio in decibels, such as \"150 dB\" (dB)", {{"dB", 1, 1, false}}},
 };
 
@@ -91,6 +97,7 @@ const char *keller_parse_quantity(const char *text, const char *kind, double *va
     for (const Unit *unit = found->units; unit < found->units + MAX_UNITS && unit->name; unit++) {
         if (strlen(unit->name) != length || strncmp(unit->name, p, length) != 0) continue;
         double result = (unit->decibel ? pow(10, number / 10) : number) * unit->multiply / unit->divide;
+        if (strcmp(unit->name, "degC") == 0) result += 273.15;
         if (!isfinite(result)) return found->expected;
         *value = result;
         return NULL;

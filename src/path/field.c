@@ -54,14 +54,16 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
             for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
         } else {
             const KellerWedge *w = &scene->wedges[path->step[i].id];
-            KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
+            KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
+                                    .model = scene->wedge_model};
             for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[w->face[j]].material];
             spreading = 1 / walked; /* the rest is in the coefficient */
             for (int j = 0; j < 2; j++)
                 e[j] = keller_diffract_field(&wave, path->leg[i], path->leg[i + 1], walked, path->length - walked, k, e[j]);
         }
     }
-    double complex common = path->weight * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
+    double complex common = path->weight * absorbed * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
     for (int j = 0; j < 2; j++) {
         transfer[0 + j] = common * component(e[j], theta_rx);
         transfer[2 + j] = common * component(e[j], phi_rx);

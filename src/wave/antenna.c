@@ -58,6 +58,27 @@ static double tr38901(double zenith, double azimuth)
     return pow(10, (gain - fmin(vertical + horizontal, side_lobes)) / 20);
 }
 
+/* The loss in dB at an angle in degrees, linear between the cut's values. */
+static double cut_loss(const double cut[KELLER_CUT_ANGLES], double angle)
+{
+    angle -= KELLER_CUT_ANGLES * floor(angle / KELLER_CUT_ANGLES);
+    int i = (int)angle;
+    double part = angle - i;
+    return (1 - part) * cut[i % KELLER_CUT_ANGLES] + part * cut[(i + 1) % KELLER_CUT_ANGLES];
+}
+
+/* Vasiliadis, Dimitriou and Sergiadis, IEEE Trans. AP-53 (2005) 2212-2219, with their k = 2: the losses of both cuts, each with
+ * more weight where the other cut is near its maximum. On either cut it is that cut's loss. */
+static double cuts_amplitude(const KellerAntennaCuts *cuts, double zenith, double azimuth)
+{
+    double horizontal = cut_loss(cuts->horizontal, -azimuth * 180 / M_PI);
+    double vertical = cut_loss(cuts->vertical, zenith * 180 / M_PI - 90);
+    double h = pow(10, -horizontal / 10), v = pow(10, -vertical / 10);
+    double weight_h = v * (1 - h), weight_v = h * (1 - v), norm = hypot(weight_h, weight_v);
+    double loss = norm > 0 ? (horizontal * weight_h + vertical * weight_v) / norm : 0;
+    return pow(10, (cuts->gain - loss) / 20);
+}
+
 void keller_antenna_field(const KellerAntenna *antenna, const double orientation[3], KellerVec3 d,
                           double complex *f_theta, double complex *f_phi)
 {
@@ -76,6 +97,10 @@ void keller_antenna_field(const KellerAntenna *antenna, const double orientation
     case KELLER_ANTENNA_TR38901:
         keller_angles(local, &zenith, &azimuth);
         amplitude = tr38901(zenith, azimuth);
+        break;
+    case KELLER_ANTENNA_CUTS:
+        keller_angles(local, &zenith, &azimuth);
+        amplitude = cuts_amplitude(antenna->cuts, zenith, azimuth);
         break;
     default:
         assert(false);

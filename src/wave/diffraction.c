@@ -1,6 +1,5 @@
 /* The diffracted field as a vector: the dyad of Kouyoumjian and Pathak (1974) in the edge-fixed basis, with the faces'
- * reflection matrices put to its terms in the manner of Luebbers (IEEE Trans. AP-32, 1984), made reciprocal and
- * extended to sectors below pi. docs/theory.md derives what is here. */
+ * reflection matrices put to its terms. docs/theory.md derives what is here, docs/accuracy.md compares the models. */
 #include "keller/wave.h"
 
 /* Below these the field has reached its limit: D sqrt(s_in/(s (s_in + s))) depends on neither s nor sin beta0 any more,
@@ -49,16 +48,18 @@ static EdgeFixed edge_fixed(const KellerWedgeWave *wedge, KellerVec3 side, Kelle
  * their edge-fixed bases, as the diffracted field is -(D_s, D_h) times it. With c = cos psi, g = cos beta0 sin psi
  * (psi: azimuth from the face), the unit vector perpendicular to the plane of incidence is (-c, g)/sin theta before and
  * (c, g)/sin theta behind the reflection, sin^2 theta = c^2 + g^2. The n-face is the 0-face's mirror image, which turns
- * phi-hat and so the signs off the diagonal. */
-static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, double sin_beta0, double cos_beta0,
-                          double k)
+ * phi-hat and so the signs off the diagonal. The coefficients are those of a wave from `coefficient_angle`, which a model
+ * may take from the other ray. */
+static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, double coefficient_angle,
+                          double sin_beta0, double cos_beta0, double k)
 {
     const KellerMedium *medium = &wedge->medium[face];
-    if (medium->conductor) return (Matrix){{{-1, 0}, {0, 1}}};
+    if (medium->conductor && !(medium->roughness > 0)) return (Matrix){{{-1, 0}, {0, 1}}};
     double psi = face == 0 ? angle : wedge->n * M_PI - angle;
-    double c = cos(psi), s = sin(psi), g = cos_beta0 * s, sine2 = c * c + g * g;
+    double coefficient_psi = face == 0 ? coefficient_angle : wedge->n * M_PI - coefficient_angle;
+    double c = cos(psi), g = cos_beta0 * sin(psi), sine2 = c * c + g * g;
     double complex te, tm;
-    keller_reflection(medium, sin_beta0 * fabs(s), k, &te, &tm);
+    keller_reflection(medium, sin_beta0 * fabs(sin(coefficient_psi)), k, &te, &tm);
     double complex half_sum = 0.5 * (tm + te), half_difference = 0.5 * (tm - te);
     /* cos and sin of twice the angle between the plane of incidence and the basis; any at normal incidence, where
      * the half sum is 0. */
@@ -68,40 +69,114 @@ static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, 
     return (Matrix){{{half_sum * cos2 - half_difference, -off}, {off, half_sum * cos2 + half_difference}}};
 }
 
+/* What is the matrix of the exchanged path, for the path itself: exchanging turns both beta-hats over and transposes. */
+static Matrix exchanged(Matrix a) { return (Matrix){{{a.m[0][0], -a.m[1][0]}, {-a.m[0][1], a.m[1][1]}}}; }
+
+static Matrix mean(Matrix a, Matrix b)
+{
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 2; j++) a.m[i][j] = 0.5 * (a.m[i][j] + b.m[i][j]);
+    return a;
+}
+
+/* The two rays at the edge; exchanging the ends of the path exchanges the azimuths and turns cos beta0 over. */
+typedef struct {
+    double phi_in, phi, sin_beta0, cos_beta0, k;
+} Rays;
+
+static Matrix there(const KellerWedgeWave *wedge, int face, const Rays *r, double coefficient_angle)
+{
+    return face_matrix(wedge, face, r->phi_in, coefficient_angle, r->sin_beta0, r->cos_beta0, r->k);
+}
+
+static Matrix back(const KellerWedgeWave *wedge, int face, const Rays *r, double coefficient_angle)
+{
+    return exchanged(face_matrix(wedge, face, r->phi, coefficient_angle, r->sin_beta0, -r->cos_beta0, r->k));
+}
+
+static const Matrix identity = {{{1, 0}, {0, 1}}};
+
+/* ---- sectors below pi --------------------------------------------------------------------------------------------- */
+
 /* `count` reflections, in turn in the one face and the other, of a wave from the azimuth `angle`. Behind each, the wave
  * comes from the azimuth of the image; both unit vectors of the basis turn over in between, and the signs cancel. */
-static Matrix reflections(const KellerWedgeWave *wedge, int first, int count, double angle, double sin_beta0,
-                          double cos_beta0, double k)
+static Matrix reflections(const KellerWedgeWave *wedge, int first, int count, double angle, double cos_beta0,
+                          const Rays *r)
 {
-    Matrix product = {{{1, 0}, {0, 1}}};
+    Matrix product = identity;
     for (int i = 0, face = first; i < count; i++, face = 1 - face) {
-        product = multiply(face_matrix(wedge, face, angle, sin_beta0, cos_beta0, k), product);
+        product = multiply(face_matrix(wedge, face, angle, angle, r->sin_beta0, cos_beta0, r->k), product);
         angle = face == 0 ? -angle : 2 * wedge->n * M_PI - angle;
     }
     return product;
 }
 
-/* How many reflections term i is multiplied with: those of the geometrical wave whose boundary is its pole. Of the
- * poles 2 pi n N = pi +- beta, 2 pi n apart, each term has exactly one in the sector (beta in [-n pi, n pi] for phi -
- * phi', [0, 2 n pi] for phi + phi'), and so belongs to one wave: for n > 1 as Luebbers has it, none for the first two
- * terms and one for the others, in sectors below pi to multiply reflected waves. */
-static int reflection_count(double n, int term)
+/* Term i goes with the geometrical wave whose boundary is its pole, and so with that wave's reflections. Of the poles
+ * 2 pi n N = pi +- beta, 2 pi n apart, each term has exactly one in the sector (beta in [-n pi, n pi] for phi - phi',
+ * [0, 2 n pi] for phi + phi'). Each matrix is the mean of that at the incident ray and the exchanged path's: on the
+ * boundary both are the geometrical reflection's. */
+static void concave_matrices(const KellerWedgeWave *wedge, const Rays *r, Matrix term[4])
 {
-    return term < 2 ? 2 * (int)ceil((1 - n) / (2 * n)) : 2 * (int)ceil(1 / (2 * n)) - 1;
+    double n = wedge->n;
+    for (int i = 0; i < 4; i++) {
+        int count = i < 2 ? 2 * (int)ceil((1 - n) / (2 * n)) : 2 * (int)ceil(1 / (2 * n)) - 1;
+        int last = i % 2 == 0 ? 1 : 0, first = count % 2 == 1 ? last : 1 - last;
+        term[i] = mean(reflections(wedge, first, count, r->phi_in, r->cos_beta0, r),
+                       exchanged(reflections(wedge, last, count, r->phi, -r->cos_beta0, r)));
+    }
 }
 
-/* The mean of the matrix taken at the incident ray and the one that the exchanged path would have. Exchanging turns
- * cos beta0 and both beta-hats over; transposing then makes the dyad exactly reciprocal. On the boundary both are the
- * geometrical reflection's, so the total field is continuous there. */
-static Matrix term_matrix(const KellerWedgeWave *wedge, int term, const EdgeFixed *incident,
-                          const EdgeFixed *diffracted, double sin_beta0, double cos_beta0, double k)
+/* ---- sectors above pi --------------------------------------------------------------------------------------------- */
+
+/* Luebbers (1984): R_0 at the incident ray, R_n at the diffracted one. */
+static void luebbers_matrices(const KellerWedgeWave *wedge, const Rays *r, Matrix term[4])
 {
-    int count = reflection_count(wedge->n, term);
-    int last = term % 2 == 0 ? 1 : 0, first = count % 2 == 1 ? last : 1 - last;
-    Matrix there = reflections(wedge, first, count, incident->phi, sin_beta0, cos_beta0, k);
-    Matrix back = reflections(wedge, last, count, diffracted->phi, sin_beta0, -cos_beta0, k);
-    return (Matrix){{{0.5 * (there.m[0][0] + back.m[0][0]), 0.5 * (there.m[0][1] - back.m[1][0])},
-                     {0.5 * (there.m[1][0] - back.m[0][1]), 0.5 * (there.m[1][1] + back.m[1][1])}}};
+    term[0] = term[1] = identity;
+    term[2] = back(wedge, 1, r, r->phi);
+    term[3] = there(wedge, 0, r, r->phi_in);
+}
+
+/* Holm (2000): both coefficients at the smaller of the two angles to the face, and their product to the term of phi -
+ * phi' that is not the shadow boundary's; his 0-face is the one nearer to the source. */
+static void holm_matrices(const KellerWedgeWave *wedge, const Rays *r, Matrix term[4])
+{
+    double nearer0 = fmin(r->phi_in, r->phi), nearer_n = fmax(r->phi_in, r->phi);
+    term[2] = there(wedge, 1, r, nearer_n);
+    term[3] = there(wedge, 0, r, nearer0);
+    bool on_0_side = r->phi_in <= 0.5 * wedge->n * M_PI;
+    term[0] = on_0_side ? multiply(term[2], term[3]) : identity;
+    term[1] = on_0_side ? identity : multiply(term[3], term[2]);
+}
+
+/* The same with a choice that exchanging the ends does not change: the product goes to the first term where phi > phi',
+ * to the second where phi < phi'. Both terms are equal at phi = phi', so there is no jump. */
+static void reciprocal_matrices(const KellerWedgeWave *wedge, const Rays *r, Matrix term[4])
+{
+    double nearer0 = fmin(r->phi_in, r->phi), nearer_n = fmax(r->phi_in, r->phi);
+    term[2] = mean(there(wedge, 1, r, nearer_n), back(wedge, 1, r, nearer_n));
+    term[3] = mean(there(wedge, 0, r, nearer0), back(wedge, 0, r, nearer0));
+    bool outwards = r->phi > r->phi_in;
+    term[0] = outwards ? multiply(term[2], term[3]) : identity;
+    term[1] = outwards ? identity : multiply(term[3], term[2]);
+}
+
+static void term_matrices(const KellerWedgeWave *wedge, const Rays *rays, Matrix term[4])
+{
+    if (wedge->n < 1) {
+        concave_matrices(wedge, rays, term);
+        return;
+    }
+    switch (wedge->model) {
+    case KELLER_WEDGE_RECIPROCAL:
+        reciprocal_matrices(wedge, rays, term);
+        break;
+    case KELLER_WEDGE_LUEBBERS:
+        luebbers_matrices(wedge, rays, term);
+        break;
+    case KELLER_WEDGE_HOLM:
+        holm_matrices(wedge, rays, term);
+        break;
+    }
 }
 
 static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }
@@ -121,14 +196,14 @@ KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, K
     double L = sin_beta0 * sin_beta0 / (1 / s_in + 1 / s);
     double complex d[4];
     keller_utd_terms(wedge->n, diffracted.phi, incident.phi, sin_beta0, k, L, d);
+    Matrix matrix[4];
+    term_matrices(wedge, &(Rays){incident.phi, diffracted.phi, sin_beta0, cos_beta0, k}, matrix);
 
     double complex e_beta = dot(e, incident.beta_hat), e_phi = dot(e, incident.phi_hat);
     double complex f_beta = 0, f_phi = 0;
     for (int i = 0; i < 4; i++) {
-        if (d[i] == 0) continue;
-        Matrix matrix = term_matrix(wedge, i, &incident, &diffracted, sin_beta0, cos_beta0, k);
-        f_beta += d[i] * (matrix.m[0][0] * e_beta + matrix.m[0][1] * e_phi);
-        f_phi += d[i] * (matrix.m[1][0] * e_beta + matrix.m[1][1] * e_phi);
+        f_beta += d[i] * (matrix[i].m[0][0] * e_beta + matrix[i].m[0][1] * e_phi);
+        f_phi += d[i] * (matrix[i].m[1][0] * e_beta + matrix[i].m[1][1] * e_phi);
     }
     /* sqrt(s_in/(s (s_in + s))), also for a plane wave, s_in infinite */
     double spreading = sqrt(1 / (s * (1 + s / s_in)));

@@ -113,37 +113,55 @@ static double complex complex_permittivity(double permittivity, double conductiv
     return permittivity - I * (conductivity / (2 * M_PI * frequency * KELLER_VACUUM_PERMITTIVITY));
 }
 
+/* The permittivity of what a layer or a whole material is made of; `name` is the material's. */
+static KellerStatus permittivity_of(const char *name, const KellerLayer *layer, double frequency, double complex *eta,
+                                    KellerError *error)
+{
+    if (layer->kind == KELLER_MATERIAL_CONSTANT) {
+        *eta = complex_permittivity(layer->permittivity, layer->conductivity, frequency);
+        return KELLER_OK;
+    }
+    char ranges[256];
+    double gigahertz = frequency / 1e9;
+    Row row = {0};
+    if (find_row(layer->itu, gigahertz, &row, ranges, sizeof ranges)) {
+        *eta = complex_permittivity(row.a * pow(gigahertz, row.b), row.c * pow(gigahertz, row.d), frequency);
+        return KELLER_OK;
+    }
+    if (!ranges[0])
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "material \"%s\": \"%s\" is not in ITU-R P.2040-4; expected one of its names", name, layer->itu);
+    return keller_error(error, KELLER_BAD_INPUT,
+                        "material \"%s\": ITU-R P.2040-4 does not define %s at %.10g GHz; expected a frequency in %s, "
+                        "or a permittivity and conductivity given outright",
+                        name, layer->itu, gigahertz, ranges);
+}
+
 KellerStatus keller_medium(const KellerMaterial *material, double frequency, KellerMedium *medium, KellerError *error)
 {
     assert(frequency > 0);
     const char *name = material->name ? material->name : "";
-    *medium = (KellerMedium){.conductor = false, .eta = 1, .thickness = material->thickness};
+    *medium = (KellerMedium){.eta = 1, .thickness = material->thickness, .roughness = material->roughness};
+    KellerStatus status = KELLER_OK;
 
     switch (material->kind) {
     case KELLER_MATERIAL_CONDUCTOR:
         medium->conductor = true;
         return KELLER_OK;
     case KELLER_MATERIAL_CONSTANT:
-        medium->eta = complex_permittivity(material->permittivity, material->conductivity, frequency);
-        return KELLER_OK;
     case KELLER_MATERIAL_ITU: {
-        char ranges[256];
-        double gigahertz = frequency / 1e9;
-        Row row = {0};
-        if (find_row(material->itu, gigahertz, &row, ranges, sizeof ranges)) {
-            medium->eta = complex_permittivity(row.a * pow(gigahertz, row.b), row.c * pow(gigahertz, row.d), frequency);
-            return KELLER_OK;
-        }
-        if (!ranges[0])
-            return keller_error(error, KELLER_BAD_INPUT,
-                                "material \"%s\": \"%s\" is not in ITU-R P.2040-4; expected one of its names", name,
-                                material->itu);
-        return keller_error(
-            error, KELLER_BAD_INPUT,
-            "material \"%s\": ITU-R P.2040-4 does not define %s at %.10g GHz; expected a frequency in %s, "
-            "or a permittivity and conductivity given outright",
-            name, material->itu, gigahertz, ranges);
+        KellerLayer whole = {.kind = material->kind, .permittivity = material->permittivity,
+                             .conductivity = material->conductivity};
+        memcpy(whole.itu, material->itu, sizeof whole.itu);
+        return permittivity_of(name, &whole, frequency, &medium->eta, error);
     }
+    case KELLER_MATERIAL_LAYERS:
+        medium->layer_count = material->layer_count;
+        for (uint32_t i = 0; i < material->layer_count && status == KELLER_OK; i++) {
+            medium->layers[i].thickness = material->layers[i].thickness;
+            status = permittivity_of(name, &material->layers[i], frequency, &medium->layers[i].eta, error);
+        }
+        return status;
     case KELLER_MATERIAL_NAMED:
         break;
     }

@@ -3,9 +3,9 @@
 /* ITU-R P.2040-4, section 2.2. Everything is written with q = sqrt(eta - sin^2) = sqrt(eta - 1 + cos^2), whose
  * principal branch has Im q <= 0: waves decay into the medium under e^{+jwt}. TM is TE with q/eta in place of q (and so
  * with R_TM = -R_TE at normal incidence). */
-static double complex normal_wavenumber(const KellerMedium *medium, double cosine)
+static double complex normal_wavenumber(double complex eta, double cosine)
 {
-    return medium->eta == 1 ? cosine : csqrt((medium->eta - 1) + cosine * cosine);
+    return eta == 1 ? cosine : csqrt((eta - 1) + cosine * cosine);
 }
 
 static double clamp_cosine(double cosine) { return cosine < 0 ? 0 : cosine > 1 ? 1 : cosine; }
@@ -23,9 +23,9 @@ typedef struct {
     double complex p, one_minus_p2;
 } Phasor;
 
-static Phasor slab_phasor(const KellerMedium *medium, double complex q, double k)
+static Phasor slab_phasor(double thickness, double complex q, double k)
 {
-    double complex x = k * medium->thickness * q, p = cexp(-I * x);
+    double complex x = k * thickness * q, p = cexp(-I * x);
     return (Phasor){p, cabs(x) < 1 ? 2 * I * csin(x) * p : 1 - p * p};
 }
 
@@ -46,38 +46,86 @@ static void slab(double cosine, double complex q, Phasor phasor, double complex 
     *transmitted = 4 * u * v * phasor.p / denominator;
 }
 
+/* One polarisation of several layers in air: the product of the layers' characteristic matrices (Born and Wolf, Principles of
+ * Optics, section 1.6.2), each [cos x, j sin x/y; j y sin x, cos x] with x = k d q and the admittance y = q (TE) or q/eta
+ * (TM), times its p = e^{-jx}, so that nothing overflows. With [A, B; C, D] the product and c = cos the air's admittance,
+ * R = (Ac + Bc^2 - C - Dc)/(Ac + Bc^2 + C + Dc) and T = 2c (product of p)/(the same). */
+static void layers(const KellerMedium *medium, double cosine, double k, bool tm, double complex *reflected,
+                   double complex *transmitted)
+{
+    double complex a = 1, b = 0, c = 0, d = 1, through = 1;
+    bool air = true;
+    for (uint32_t i = 0; i < medium->layer_count; i++) {
+        double complex eta = medium->layers[i].eta, q = normal_wavenumber(eta, cosine);
+        double thickness = medium->layers[i].thickness;
+        air &= eta == 1;
+        Phasor phasor = slab_phasor(thickness, q, k);
+        double complex even = 1 - 0.5 * phasor.one_minus_p2; /* p cos x */
+        /* j p sin x over and times q; a wave along the layer has q = 0 */
+        double complex over = q == 0 ? I * k * thickness : 0.5 * phasor.one_minus_p2 / q;
+        double complex times = 0.5 * phasor.one_minus_p2 * q;
+        if (tm) {
+            over *= eta;
+            times /= eta;
+        }
+        double complex e = a * even + b * times, f = a * over + b * even;
+        double complex g = c * even + d * times, h = c * over + d * even;
+        a = e, b = f, c = g, d = h;
+        through *= phasor.p;
+    }
+    double complex sum = a * cosine + b * cosine * cosine + c + d * cosine;
+    if (air || sum == 0) { /* no slab; or a grazing wave, and a slab that resonates at it */
+        *reflected = air ? 0 : -1;
+        *transmitted = air ? through : 0;
+        return;
+    }
+    *reflected = (a * cosine + b * cosine * cosine - c - d * cosine) / sum;
+    *transmitted = 2 * cosine * through / sum;
+}
+
+/* Both coefficients of a slab of one or several layers. */
+static void slab_coefficients(const KellerMedium *medium, double c, double k, double complex r[2], double complex t[2])
+{
+    if (medium->layer_count > 0) {
+        layers(medium, c, k, false, &r[0], &t[0]);
+        layers(medium, c, k, true, &r[1], &t[1]);
+        return;
+    }
+    double complex q = normal_wavenumber(medium->eta, c);
+    Phasor phasor = slab_phasor(medium->thickness, q, k);
+    slab(c, q, phasor, &r[0], &t[0]);
+    slab(c, q / medium->eta, phasor, &r[1], &t[1]);
+}
+
 void keller_reflection(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                        double complex *tm)
 {
-    if (medium->conductor) {
-        *te = -1;
-        *tm = 1;
-        return;
-    }
     double c = clamp_cosine(cos_incidence);
-    double complex q = normal_wavenumber(medium, c);
-    if (medium->thickness > 0) {
-        Phasor phasor = slab_phasor(medium, q, k);
-        double complex ignored;
-        slab(c, q, phasor, te, &ignored);
-        slab(c, q / medium->eta, phasor, tm, &ignored);
-    } else {
-        *te = interface(c, q);
-        *tm = interface(c, q / medium->eta);
+    double complex r[2] = {-1, 1}, ignored[2];
+    if (!medium->conductor && medium->thickness > 0) {
+        slab_coefficients(medium, c, k, r, ignored);
+    } else if (!medium->conductor) {
+        double complex q = normal_wavenumber(medium->eta, c);
+        r[0] = interface(c, q);
+        r[1] = interface(c, q / medium->eta);
     }
+    if (medium->roughness > 0) {
+        double phase = k * medium->roughness * c, coherent = exp(-2 * phase * phase);
+        r[0] *= coherent;
+        r[1] *= coherent;
+    }
+    *te = r[0];
+    *tm = r[1];
 }
 
 void keller_transmission(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                          double complex *tm)
 {
-    *te = *tm = 0;
-    if (medium->conductor || !(medium->thickness > 0)) return;
-    double c = clamp_cosine(cos_incidence);
-    double complex q = normal_wavenumber(medium, c);
-    Phasor phasor = slab_phasor(medium, q, k);
-    double complex ignored;
-    slab(c, q, phasor, &ignored, te);
-    slab(c, q / medium->eta, phasor, &ignored, tm);
+    double complex ignored[2], t[2] = {0, 0};
+    if (!medium->conductor && medium->thickness > 0)
+        slab_coefficients(medium, clamp_cosine(cos_incidence), k, ignored, t);
+    *te = t[0];
+    *tm = t[1];
 }
 
 static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }

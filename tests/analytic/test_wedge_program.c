@@ -286,6 +286,49 @@ static void no_jumps(void **state)
     assert_int_equal(bad, 0);
 }
 
+/* The scene's model reaches the field of a lossy corner: at normal incidence the diffracted path's gain is lambda/(4 pi s')
+ * times keller_diffract_field's component along the edge, in each of the three models; exchanging the ends changes the
+ * gain in all but the reciprocal one. */
+static void wedge_models(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "corner");
+    KellerVec3 base[3] = {v3(0, 0, -HALF_EDGE), v3(FACE, 0, -HALF_EDGE), v3(0, -FACE, -HALF_EDGE)};
+    soup_prism(&soup, 3, base, v3(0, 0, 2 * HALF_EDGE), CONCRETE, 0);
+    KellerScene scene = scene_of(&soup);
+    soup_release(&soup);
+    KellerVec3 a = cylindrical(3, 50 * DEGREE, 0), b = cylindrical(2, 80 * DEGREE, 0);
+    double k = 70, wave = 2 * M_PI / k;
+    KellerMedium medium;
+    assert_int_equal(keller_medium(&(KellerMaterial){.kind = KELLER_MATERIAL_ITU, .itu = "concrete"},
+                                   k * LIGHT / (2 * M_PI), &medium, NULL), KELLER_OK);
+    for (int m = 0; m < 3; m++) {
+        scene.wedge_model = (KellerWedgeModel)m;
+        double complex gain[2] = {0, 0};
+        for (int way = 0; way < 2; way++) {
+            FoundPaths found = simulate(&scene, way ? &b : &a, 1, way ? &a : &b, k, false);
+            for (size_t i = 0; i < found.count; i++) {
+                const Found *p = &found.path[i];
+                if (p->count == 1 && p->step[0].kind == KELLER_DIFFRACTION && hypot(p->position[0].x, p->position[0].y) < 1e-9)
+                    gain[way] = p->gain[0];
+            }
+            found_free(&found);
+        }
+        KellerWedgeWave w = {.n = 1.5, .direction = {0, 0, 1}, .tangent0 = {1, 0, 0}, .normal0 = {0, 1, 0},
+                             .medium = {medium, medium}, .model = scene.wedge_model};
+        KellerCVec3 e = keller_diffract_field(&w, v3_scale(v3_unit(a), -1), v3_unit(b), 3, 2, k, (KellerCVec3){0, 0, 1});
+        double complex expected = wave / (4 * M_PI * 3) * cexp(-I * k * 5) * e.z;
+        assert_true(cabs(gain[0] - expected) < 1e-9 * cabs(expected));
+        double change = cabs(gain[1] - gain[0]) / cabs(gain[0]);
+        if (scene.wedge_model == KELLER_WEDGE_RECIPROCAL)
+            assert_true(change < 1e-12);
+        else
+            assert_true(change > 1e-3);
+    }
+    keller_scene_free(&scene);
+}
+
 int main(void)
 {
     static char n2[] = "2", n32[] = "3/2", n53[] = "5/3", n43[] = "4/3";
@@ -295,6 +338,7 @@ int main(void)
         {"point_source_wedge_60", truth_table, NULL, NULL, n53},
         {"point_source_wedge_120", truth_table, NULL, NULL, n43},
         cmocka_unit_test(no_jumps),
+        cmocka_unit_test(wedge_models),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

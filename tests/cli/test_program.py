@@ -212,6 +212,24 @@ def test_bench_prints_its_table(folder, shared):
     assert done.returncode == USAGE and "many" in done.stderr
 
 
+def test_bench_accuracy(folder, shared):
+    # without tables of exact fields only what is computed: 3 wedges, 3 materials, 2 polarisations, 3 models
+    done = expect(keller("bench", "accuracy", "--csv", "--truth", "nowhere", cwd=folder), DONE, "nowhere")
+    rows = [row.split(",") for row in done.stdout.split("\n")[:-1]]
+    assert rows[0] == "part,wedge,case,polarization,k,points,max_dB,rms_dB,level_dB,theory_dB".split(",")
+    assert len(rows) == 1 + 3 * 3 * 2 * 3 and all(row[0] == "lossy" for row in rows[1:])
+    assert all(float(row[8]) < 1 for row in rows[1:] if row[2].endswith(" reciprocal"))
+    # a cut of the tables: for a plane wave at a half-plane the theory is exact
+    truth = os.path.join(os.environ["KELLER_SOURCE"], "tests", "truth")
+    done = expect(keller("bench", "accuracy", "--csv", "--truth", truth, "--curves", ".", cwd=folder), DONE)
+    rows = [row.split(",") for row in done.stdout.split("\n")]
+    exact = [float(row[6]) for row in rows if row[:3] == ["conductor", "half-plane", "plane"]]
+    assert len(exact) == 6 and max(exact) < -240
+    assert len([row for row in rows if row[0] == "conductor"]) == 28
+    assert {"accuracy-lossy.csv", "accuracy-edges.csv", "accuracy-field-90.csv"} <= set(names(folder))
+    assert keller("bench", "accuracy", "--truth", cwd=folder).returncode == USAGE
+
+
 def test_standard_output_that_cannot_be_written(folder, shared):
     result = finished(shared)
     for arguments in [["--version"], ["info", result], ["paths", result]]:

@@ -26,7 +26,7 @@ Run run_new(const KellerVec3 *tx, size_t rx_count, const KellerVec3 *rx, uint32_
                  .rx = rx,
                  .frequency_count = 1,
                  .frequency = {3.5e9},
-                 .antenna = {KELLER_ANTENNA_ISOTROPIC, KELLER_POLARIZATION_V},
+                 .antenna = {.pattern = KELLER_ANTENNA_ISOTROPIC, .polarization = KELLER_POLARIZATION_V},
                  .reflections = reflections,
                  .diffractions = diffractions,
                  .interactions = interactions,

@@ -57,12 +57,13 @@ KellerSoup soup_new(void)
     KellerSoup soup = {0};
     soup.material_count = MATERIAL_COUNT;
     soup.materials = allocated(calloc(MATERIAL_COUNT, sizeof *soup.materials));
-    soup.materials[CONCRETE] = (KellerMaterial){copy_text("concrete"), KELLER_MATERIAL_ITU, "concrete", 0, 0, 0};
-    soup.materials[CONDUCTOR] = (KellerMaterial){copy_text("conductor"), KELLER_MATERIAL_CONDUCTOR, "", 0, 0, 0};
+    soup.materials[CONCRETE] = (KellerMaterial){.name = copy_text("concrete"), .kind = KELLER_MATERIAL_ITU, .itu = "concrete"};
+    soup.materials[CONDUCTOR] = (KellerMaterial){.name = copy_text("conductor"), .kind = KELLER_MATERIAL_CONDUCTOR};
     soup.materials[DRY_GROUND] =
-        (KellerMaterial){copy_text("ground"), KELLER_MATERIAL_ITU, "medium_dry_ground", 0, 0, 0};
-    soup.materials[PARTITION] = (KellerMaterial){copy_text("partition"), KELLER_MATERIAL_ITU, "plasterboard", 0, 0, 0.013};
-    soup.materials[GLASS] = (KellerMaterial){copy_text("pane"), KELLER_MATERIAL_ITU, "glass", 0, 0, 0.006};
+        (KellerMaterial){.name = copy_text("ground"), .kind = KELLER_MATERIAL_ITU, .itu = "medium_dry_ground"};
+    soup.materials[PARTITION] =
+        (KellerMaterial){.name = copy_text("partition"), .kind = KELLER_MATERIAL_ITU, .itu = "plasterboard", .thickness = 0.013};
+    soup.materials[GLASS] = (KellerMaterial){.name = copy_text("pane"), .kind = KELLER_MATERIAL_ITU, .itu = "glass", .thickness = 0.006};
     soup.files = 1;
     soup.notes = copy_text("");
     return soup;

@@ -12,17 +12,25 @@ typedef struct {
     char header[1024], line[2048];
 } Table;
 
-/* Opens <source>/tests/truth/NAME, or with `full` <source>/../shared/truth/NAME; false where there is none. */
-static inline bool table_open(Table *t, const char *name, bool full)
+/* Opens FOLDER/NAME; false where there is none. */
+static inline bool table_open_in(Table *t, const char *folder, const char *name)
 {
-    const char *source = getenv("KELLER_SOURCE");
     char path[4096];
-    snprintf(path, sizeof path, "%s/%s/%s", source ? source : ".", full ? "../shared/truth" : "tests/truth", name);
+    snprintf(path, sizeof path, "%s/%s", folder, name);
     t->file = fopen(path, "r");
     if (!t->file) return false;
     if (!fgets(t->header, sizeof t->header, t->file)) t->header[0] = '\0';
     t->header[strcspn(t->header, "\r\n")] = '\0';
     return true;
+}
+
+/* Opens <source>/tests/truth/NAME, or with `full` <source>/../shared/truth/NAME. */
+static inline bool table_open(Table *t, const char *name, bool full)
+{
+    const char *source = getenv("KELLER_SOURCE");
+    char folder[4000];
+    snprintf(folder, sizeof folder, "%s/%s", source ? source : ".", full ? "../shared/truth" : "tests/truth");
+    return table_open_in(t, folder, name);
 }
 
 static inline bool table_next(Table *t)

@@ -64,7 +64,7 @@ static const char
         "<step>1 m</step>\n"                                                                                /* 23 */
         "</grid>\n"                                                                                         /* 24 */
         "<paths reflections=\"3\" diffractions=\"1\" transmissions=\"0\" interactions=\"4\" dynamic-range=\"120 "
-        "dB\"/>\n"                                                     /* 25 */
+        "dB\" wedge=\"holm\"/>\n"                                    /* 25 */
         "<solver accelerator=\"bvh\" cone=\"2 deg\" threads=\"2\"/>\n" /* 26 */
         "<output paths=\"yes\" coverage=\"no\" scene=\"yes\"/>\n"      /* 27 */
         "</simulation>\n";                                             /* 28 */

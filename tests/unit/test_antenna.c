@@ -74,8 +74,8 @@ static void values(void **state)
     (void)state;
     for (int polarization = 0; polarization < 2; polarization++) {
         KellerPolarization pol = polarization ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
-        KellerAntenna isotropic = {KELLER_ANTENNA_ISOTROPIC, pol}, dipole = {KELLER_ANTENNA_DIPOLE, pol};
-        KellerAntenna half = {KELLER_ANTENNA_HALF_WAVE_DIPOLE, pol}, sector = {KELLER_ANTENNA_TR38901, pol};
+        KellerAntenna isotropic = {KELLER_ANTENNA_ISOTROPIC, pol, NULL}, dipole = {KELLER_ANTENNA_DIPOLE, pol, NULL};
+        KellerAntenna half = {KELLER_ANTENNA_HALF_WAVE_DIPOLE, pol, NULL}, sector = {KELLER_ANTENNA_TR38901, pol, NULL};
         for (int i = 0; i <= 12; i++) {
             double zenith = i * 15 * degree;
             KellerVec3 d = towards(zenith, 1.1);
@@ -110,7 +110,7 @@ static void integrals(void **state)
     static const double expected[] = {1, 1, 1, 0.65679775};
     for (int pattern = 0; pattern < 4; pattern++)
         for (int polarization = 0; polarization < 2; polarization++) {
-            KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)polarization};
+            KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)polarization, NULL};
             const int rows = 360, columns = 720;
             double sum = 0;
             for (int i = 0; i < rows; i++) {
@@ -128,7 +128,7 @@ static void polarization(void **state)
 {
     (void)state;
     for (int pattern = 0; pattern < 4; pattern++) {
-        KellerAntenna v = {(KellerAntennaPattern)pattern, KELLER_POLARIZATION_V}, h = v;
+        KellerAntenna v = {(KellerAntennaPattern)pattern, KELLER_POLARIZATION_V, NULL}, h = v;
         h.polarization = KELLER_POLARIZATION_H;
         double complex t, p;
         keller_antenna_field(&v, upright, towards(1, 0.4), &t, &p);
@@ -140,7 +140,7 @@ static void polarization(void **state)
     }
     /* A vertical dipole rolled by 90 degrees lies along -y (intrinsic x rotation takes z to -y): seen along x its field
      * is -y, which is -phi-hat there. */
-    KellerAntenna dipole = {KELLER_ANTENNA_DIPOLE, KELLER_POLARIZATION_V};
+    KellerAntenna dipole = {KELLER_ANTENNA_DIPOLE, KELLER_POLARIZATION_V, NULL};
     double complex t, p;
     keller_antenna_field(&dipole, (double[]){0, 0, M_PI / 2}, v3(1, 0, 0), &t, &p);
     /* along z the dipole points up: E along -theta-hat of the antenna's axis means E = -(axis): theta-hat = -z at x */
@@ -151,7 +151,7 @@ static void polarization(void **state)
 static void orientation(void **state)
 {
     (void)state;
-    KellerAntenna sector = {KELLER_ANTENNA_TR38901, KELLER_POLARIZATION_V};
+    KellerAntenna sector = {KELLER_ANTENNA_TR38901, KELLER_POLARIZATION_V, NULL};
     assert_true(fabs(decibels(gain(sector, (double[]){M_PI / 2, 0, 0}, v3(0, 1, 0))) - 8) < 1e-12);
     KellerVec3 down = towards(120 * degree, 90 * degree);
     for (double roll = 0; roll < 3; roll += 0.7)
@@ -183,7 +183,7 @@ static void covariance(void **state)
     for (int pattern = 0; pattern < 4; pattern++)
         for (int pol = 0; pol < 2; pol++)
             for (int i = 0; i < 400; i++) {
-                KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)pol};
+                KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)pol, NULL};
                 double o[3] = {i * 0.7, i * 1.3, i * 0.37};
                 KellerVec3 d = i % 10 == 0 ? v3(0, 0, i % 20 ? 1 : -1) : towards(0.1 + 0.007 * i, 0.9 * i);
                 KellerVec3 expected = turn(field(&a, upright, d), o), found = field(&a, o, turn(d, o));
@@ -198,12 +198,77 @@ static void covariance(void **state)
             }
 }
 
+/* ---- two cuts ----------------------------------------------------------------------------------------------------- */
+
+/* A beam to the right (40 degrees clockwise) and 6 degrees down, 65 and 10 degrees wide, at most 35 dB below. */
+static KellerAntennaCuts beam(void)
+{
+    KellerAntennaCuts c = {.gain = 15};
+    for (int i = 0; i < KELLER_CUT_ANGLES; i++) {
+        double h = remainder(i - 40, 360) / 65, v = remainder(i - 6, 360) / 10;
+        c.horizontal[i] = fmin(12 * h * h, 35);
+        c.vertical[i] = fmin(12 * v * v, 35);
+    }
+    return c;
+}
+
+/* The direction at an MSI file's angles: clockwise from +x, down from the horizon. */
+static KellerVec3 msi_direction(double horizontal, double vertical)
+{
+    return towards((90 + vertical) * degree, -horizontal * degree);
+}
+
+static void cuts(void **state)
+{
+    (void)state;
+    KellerAntennaCuts c = beam();
+    KellerAntenna a = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_V, &c};
+    for (int i = 0; i < 360; i++) {
+        /* the horizontal cut on the cone through the vertical one's maximum, and the vertical one's front half */
+        assert_true(fabs(decibels(gain(a, upright, msi_direction(i, 6))) - (15 - c.horizontal[i])) < 1e-9);
+        if (i < 90 || i > 270)
+            assert_true(fabs(decibels(gain(a, upright, msi_direction(40, i))) - (15 - c.vertical[i])) < 1e-9);
+        /* linear in dB between the degrees */
+        double between = 0.3 * c.horizontal[i] + 0.7 * c.horizontal[(i + 1) % 360];
+        assert_true(fabs(decibels(gain(a, upright, msi_direction(i + 0.7, 6))) - (15 - between)) < 1e-9);
+    }
+    /* elsewhere between the larger loss and the sum of both: with equal weights 2/sqrt 2 of one */
+    for (int h = 0; h < 360; h += 7)
+        for (int v = -88; v < 90; v += 5) {
+            double loss = 15 - decibels(gain(a, upright, msi_direction(h, v)));
+            double lh = c.horizontal[h], lv = c.vertical[(v + 360) % 360];
+            assert_true(loss >= fmin(lh, lv) - 1e-9 && loss <= lh + lv + 1e-9);
+        }
+    /* mechanical tilt: 10 degrees of pitch move the beam from 6 to 16 degrees down, in the plane of +x */
+    KellerAntennaCuts ahead = c;
+    for (int i = 0; i < 360; i++) ahead.horizontal[i] = c.horizontal[(i + 40) % 360];
+    a.cuts = &ahead;
+    const double pitched[3] = {0, 10 * degree, 0};
+    assert_true(fabs(decibels(gain(a, pitched, msi_direction(0, 16))) - 15) < 1e-9);
+    assert_true(fabs(decibels(gain(a, pitched, msi_direction(0, 26))) - 3) < 1e-9);
+}
+
+/* H has the same power pattern, straight up and down are finite, losses of 0 everywhere are an isotropic pattern. */
+static void cuts_everywhere(void **state)
+{
+    (void)state;
+    KellerAntennaCuts c = beam(), flat = {.gain = 3};
+    KellerAntenna v = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_V, &c}, h = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_H, &c};
+    for (int i = 0; i < 500; i++) {
+        KellerVec3 d = towards(0.0063 * i, 0.9 * i);
+        assert_true(fabs(gain(v, upright, d) - gain(h, upright, d)) < 1e-12);
+    }
+    for (int up = -1; up <= 1; up += 2) assert_true(isfinite(gain(v, upright, v3(0, 0, up))));
+    v.cuts = &flat;
+    for (int i = 0; i < 100; i++) assert_true(fabs(decibels(gain(v, upright, towards(0.031 * i, i))) - 3) < 1e-9);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(angles),     cmocka_unit_test(basis),        cmocka_unit_test(values),
         cmocka_unit_test(integrals),  cmocka_unit_test(polarization), cmocka_unit_test(orientation),
-        cmocka_unit_test(covariance),
+        cmocka_unit_test(covariance), cmocka_unit_test(cuts),         cmocka_unit_test(cuts_everywhere),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -26,7 +26,7 @@ static int setup(void **state)
 
 static int teardown(void **state)
 {
-    static const char *const names[] = {"walk.csv", "geo.csv", "c.xml", NULL};
+    static const char *const names[] = {"walk.csv", "geo.csv", "c.xml", "sector.msi", NULL};
     test_files_remove(*state, names);
     free(*state);
     return 0;
@@ -88,6 +88,7 @@ static void test_everything(void **state)
     assert_int_equal(c.transmissions, 0);
     assert_int_equal(c.interactions, 4);
     assert_true(c.dynamic_range == 120);
+    assert_int_equal(c.wedge_model, KELLER_WEDGE_HOLM);
     assert_string_equal(c.accelerator, "bvh");
     assert_true(c.cone == 2 * PI / 180);
     assert_int_equal(c.threads, 2);
@@ -148,6 +149,7 @@ static void test_defaults(void **state)
     assert_true(c.transmitters[0].station.orientation[0] == 0 && c.transmitters[0].station.velocity.x == 0);
     assert_int_equal(c.reflections + c.diffractions + c.transmissions + c.interactions, 0);
     assert_true(c.dynamic_range == 150);
+    assert_int_equal(c.wedge_model, KELLER_WEDGE_RECIPROCAL);
     assert_string_equal(c.accelerator, "auto");
     assert_true(c.cone == PI / 180);
     assert_int_equal(c.threads, 0);
@@ -159,6 +161,85 @@ static void test_defaults(void **state)
     assert_int_equal(c.interactions, 3 + 1 + 2);
     keller_config_free(&c);
     free(text);
+}
+
+static void test_layers_and_roughness(void **state)
+{
+    KellerConfig c;
+    char *one = replaced(base_config, "<material name=\"glass\" permittivity=\"6.31\" conductivity=\"0.0036 S/m\" thickness=\"6 mm\"/>",
+                         "<material name='glass' roughness='0.1 mm'><layer itu='glass' thickness='4 mm'/><layer itu='vacuum' "
+                         "thickness='12 mm'/><layer permittivity='6.31' conductivity='0.0036 S/m' thickness='6 mm'/></material>");
+    char *two = replaced(one, "conductor=\"perfect\"", "conductor=\"perfect\" roughness=\"2 cm\"");
+    read_text(*state, two, 0, NULL, &c);
+    const KellerMaterial *m = &c.materials[1];
+    assert_int_equal(m->kind, KELLER_MATERIAL_LAYERS);
+    assert_int_equal(m->layer_count, 3);
+    assert_true(fabs(m->thickness - 0.022) < 1e-15 && m->roughness == 1e-4);
+    assert_true(m->layers[0].kind == KELLER_MATERIAL_ITU && m->layers[0].thickness == 0.004);
+    assert_string_equal(m->layers[1].itu, "vacuum");
+    assert_true(m->layers[2].kind == KELLER_MATERIAL_CONSTANT && m->layers[2].permittivity == 6.31);
+    assert_true(m->layers[2].conductivity == 0.0036);
+    assert_true(c.materials[2].roughness == 0.02 && c.materials[0].roughness == 0);
+    keller_config_free(&c);
+    free(one);
+    free(two);
+}
+
+/* Off unless asked for; relative humidity to a pressure. */
+static void test_medium(void **state)
+{
+    KellerConfig c;
+    char *one = replaced(base_config, "<material", "<medium temperature='15 degC' humidity='40 %' pressure='100 kPa' "
+                                                   "absorption='p676' rain='36 mm/h'/><material");
+    read_text(*state, one, 0, NULL, &c);
+    assert_true(c.air.gases && c.air.temperature == 288.15 && c.air.pressure == 1e5 && fabs(c.air.rain - 1e-5) < 1e-20);
+    assert_true(fabs(c.air.vapour - keller_vapour_pressure(288.15, 1e5, 0.4)) < 1e-9);
+    keller_config_free(&c);
+    free(one);
+    one = replaced(base_config, "<material", "<medium rain='2 mm/h'/><material");
+    read_text(*state, one, 0, NULL, &c);
+    assert_true(!c.air.gases && c.air.rain > 0);
+    keller_config_free(&c);
+    free(one);
+    read_text(*state, base_config, 0, NULL, &c);
+    assert_true(!c.air.gases && c.air.rain == 0);
+    keller_config_free(&c);
+}
+
+/* An antenna file is read once, relative to the configuration, however many stations name it. */
+static void test_antenna_file(void **state)
+{
+    TestFiles *files = *state;
+    char msi[16384], *at = msi;
+    at += sprintf(at, "NAME x\nGAIN 10 dBi\n");
+    for (int cut = 0; cut < 2; cut++) {
+        at += sprintf(at, "%s 360\n", cut ? "VERTICAL" : "HORIZONTAL");
+        for (int i = 0; i < 360; i++) at += sprintf(at, "%d %d\n", i, cut);
+    }
+    test_files_write(files, "sector.msi", msi, strlen(msi));
+    char *one = replaced(base_config, "pattern=\"tr38901\" polarization=\"H\"", "file=\"sector.msi\"");
+    char *two = replaced(one, "<step>1 m</step>", "<step>1 m</step><antenna file='sector.msi' polarization='H'/>");
+    KellerConfig c;
+    read_text(files, two, 0, NULL, &c);
+    assert_int_equal(c.antenna_count, 1);
+    const KellerAntenna *tx = &c.transmitters[0].station.antenna, *rx = &c.receivers[c.receiver_count - 1].station.antenna;
+    assert_true(tx->pattern == KELLER_ANTENNA_CUTS && rx->pattern == KELLER_ANTENNA_CUTS && tx->cuts == rx->cuts);
+    assert_true(tx->polarization == KELLER_POLARIZATION_V && rx->polarization == KELLER_POLARIZATION_H);
+    assert_true(tx->cuts->gain == 10 && tx->cuts->horizontal[359] == 0 && tx->cuts->vertical[0] == 1);
+    keller_config_free(&c);
+    /* an error in the file names the file, one in its name the configuration */
+    KellerError error;
+    test_files_write(files, "sector.msi", "GAIN 10 dBi\nHORIZONTAL 12\n", 26);
+    test_files_write(files, "c.xml", two, strlen(two));
+    char path[300];
+    snprintf(path, sizeof path, "%s", test_files_path(files, "c.xml"));
+    assert_int_equal(keller_config_read(path, 0, NULL, &c, &error), KELLER_BAD_INPUT);
+    assert_non_null(strstr(error.message, "sector.msi:2: "));
+    unlink(test_files_path(files, "sector.msi"));
+    assert_int_equal(keller_config_read(path, 0, NULL, &c, &error), KELLER_IO);
+    assert_non_null(strstr(error.message, "c.xml:13: "));
+    free(one);
+    free(two);
 }
 
 /* Orders that this version does not compute are the solver's to refuse. */
@@ -340,6 +421,9 @@ int main(void)
         cmocka_unit_test(test_everything),
         cmocka_unit_test(test_receivers),
         cmocka_unit_test(test_defaults),
+        cmocka_unit_test(test_medium),
+        cmocka_unit_test(test_antenna_file),
+        cmocka_unit_test(test_layers_and_roughness),
         cmocka_unit_test(test_orders_beyond_the_solver),
         cmocka_unit_test(test_station_of_grid_and_route),
         cmocka_unit_test(test_grid_ends),

@@ -43,7 +43,10 @@ static void test_each_unit(void **state)
         {"0 dBm", "power", 0.001},       {"10 dBW", "power", 10},
         {"250 mW", "power", 0.25},       {"2 W", "power", 2},
         {"3 kW", "power", 3000},         {"0.0036 S/m", "conductivity", 0.0036},
-        {"150 dB", "ratio", 150},
+        {"150 dB", "ratio", 150},        {"15 degC", "temperature", 288.15},
+        {"280 K", "temperature", 280},   {"101.325 kPa", "pressure", 101325},
+        {"1013.25 hPa", "pressure", 101325}, {"50 %", "share", 0.5},
+        {"3.6 mm/h", "rain", 1e-6},      {"-40 degC", "temperature", 233.14999999999998},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         double value = parsed(cases[i].text, cases[i].kind);
