@@ -211,4 +211,23 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, bool contai
     *nodes += tested;
 }
 
-const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk};
+static uint32_t bvh_root(const void *tree)
+{
+    const Bvh *bvh = tree;
+    return !bvh || bvh->block_count == 0 ? KELLER_NONE : bvh->node_count ? 0 : (uint32_t)LEAF;
+}
+
+static uint32_t bvh_open(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    const Frustum f = {lanes, slabs_of(lanes), box_wide(lanes), false};
+    const Entry at = {node, 0, 0, 0, false};
+    Entry below[2];
+    bool met[2];
+    test_children(&f, &((const Bvh *)tree)->nodes[node], &at, lanes->far, below, met);
+    uint32_t n = 0;
+    for (int i = 0; i < 2; i++)
+        if (met[i]) child[n++] = (TreeChild){below[i].distance, below[i].child};
+    return n;
+}
+
+const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk, bvh_root, bvh_open};

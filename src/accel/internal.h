@@ -39,6 +39,13 @@ typedef struct {
     int threads;
 } TreeInput;
 
+/* A child of a node that a frustum meets: where from, and its number, of a node or, with TREE_LEAF, of a block. */
+#define TREE_LEAF 0x80000000u
+typedef struct {
+    float distance;                 /* a z that nothing in the child's box comes before inside the frustum */
+    uint32_t child;
+} TreeChild;
+
 typedef struct {
     const char *name;
     double cost_ratio;              /* measured default */
@@ -51,6 +58,10 @@ typedef struct {
      * Adds the nodes tested to *nodes. A block is visited once; a primitive as often as it has blocks. */
     void (*walk)(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
                  uint64_t *nodes);
+    /* The same step by step, for who keeps the order himself: the child that is the whole tree (KELLER_NONE: empty), and the
+     * children of a node that the frustum meets, at most eight. NULL: not to be had. */
+    uint32_t (*root)(const void *tree);
+    uint32_t (*open)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
 } TreeKind;
 
 extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;

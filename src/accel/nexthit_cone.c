@@ -1,0 +1,32 @@
+/* Cones: eight triangles at a time in single precision, and keller_cone_triangle on what is left, so that distances are its. */
+#include "accel/nexthit.h"
+#include "base/number.h"
+
+void nexthit_prepare_cone(KellerNexthit *it, const KellerCone *cone)
+{
+    KellerCone moved = *cone;
+    moved.origin = v3_sub(cone->origin, it->accel->middle);
+    it->cone = *cone;
+    it->lanes = keller_cone_lanes(&moved, it->clip, it->accel->size);
+    it->clip = (KellerRange){greater(cone->z_near, it->clip.near), lesser(cone->z_far, it->clip.far)};
+}
+
+uint32_t nexthit_cone_block(KellerNexthit *it, uint32_t number, double far, Found hit[8], double last[8])
+{
+    const TriangleBlock *block = &it->accel->triangles[number];
+    _Alignas(32) float near8[8], far8[8];
+    uint32_t n = 0, contained, mask = keller_cone_meets_triangle8(&it->lanes, block->corner, near8, far8, &contained);
+    it->work->triangles += lanes_used(block->id);
+    for (; mask; mask &= mask - 1) {
+        int i = __builtin_ctz(mask);
+        uint32_t id = block->id[i];
+        KellerVec3 v[3];
+        if (id == KELLER_NONE || (double)near8[i] > far) continue;
+        triangle_of(it->accel, id, v);
+        KellerRange range = keller_cone_triangle(&it->cone, v[0], v[1], v[2], it->clip, NULL, NULL);
+        if (!(range.near <= range.far && range.near <= far)) continue;
+        hit[n] = found_of(it, range.near, id, v);
+        last[n++] = range.far;
+    }
+    return n;
+}
