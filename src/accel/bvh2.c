@@ -230,4 +230,21 @@ static uint32_t bvh_open(const void *tree, uint32_t node, const KellerConeLanes 
     return n;
 }
 
-const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk, bvh_root, bvh_open};
+static uint32_t bvh_open_ray(const void *tree, uint32_t number, const RayLanes *ray, TreeChild child[8])
+{
+    const Node *node = &((const Bvh *)tree)->nodes[number];
+    Slabs s = {.bounds = f4_set(ray->near, ray->near, -ray->far, -ray->far)};
+    for (int k = 0; k < 3; k++) {
+        s.down[k] = ray->rate[k] < 0;
+        s.at[k] = f4_set(ray->enter[k], ray->enter[k], ray->leave[k], ray->leave[k]);
+        s.rate[k] = f4_set(ray->rate[k], ray->rate[k], -ray->rate[k], -ray->rate[k]);
+    }
+    float bounds[4];
+    test_slabs(&s, node, bounds);
+    uint32_t n = 0;
+    for (int i = 0; i < 2; i++)
+        if (bounds[i] <= -bounds[2 + i]) child[n++] = (TreeChild){bounds[i], node->child[i]};
+    return n;
+}
+
+const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk, bvh_root, bvh_open, bvh_open_ray};

@@ -5,6 +5,7 @@
 
 #include "accel/internal.h"
 #include "base/number.h"
+#include "base/simd.h"
 
 #define LEAF 0x80000000u
 
@@ -167,4 +168,25 @@ static uint32_t open_node(const void *tree, uint32_t number, const KellerConeLan
     return n;
 }
 
-const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk, root, open_node};
+static uint32_t open_ray(const void *tree, uint32_t number, const RayLanes *ray, TreeChild child[8])
+{
+    const Node *node = &((const Tree *)tree)->nodes[number];
+    const float *side = node->boxes.lower[0]; /* rows of eight: lower sides 0 to 2, upper ones 3 to 5 */
+    f8 in = f8_set1(ray->near), out = f8_set1(ray->far);
+    for (int k = 0; k < 3; k++) {
+        int first = ray->rate[k] < 0 ? 8 * (k + 3) : 8 * k;
+        f8 rate = f8_set1(ray->rate[k]);
+        in = f8_max(in, f8_mul(f8_sub(f8_load(side + first), f8_set1(ray->enter[k])), rate));
+        out = f8_min(out, f8_mul(f8_sub(f8_load(side + (8 * (2 * k + 3) - first)), f8_set1(ray->leave[k])), rate));
+    }
+    uint32_t n = 0, hit = (uint32_t)f8_mask(f8_and(f8_le(in, out), f8_le(f8_load(side), f8_load(side + 24))));
+    _Alignas(32) float z[8];
+    if (hit) f8_store(z, in);
+    for (; hit; hit &= hit - 1) {
+        int i = __builtin_ctz(hit);
+        child[n++] = (TreeChild){z[i], node->child[i]};
+    }
+    return n;
+}
+
+const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk, root, open_node, open_ray};

@@ -39,6 +39,13 @@ typedef struct {
     int threads;
 } TreeInput;
 
+/* A ray made ready for slabs: it enters the half-space beyond a box's side at z = (side - enter) rate, and leaves the one on this
+ * side of the opposite one at (side - leave) rate. */
+typedef struct {
+    float enter[4], leave[4], rate[4]; /* by axis; [3] is not used */
+    float near, far;
+} RayLanes;
+
 /* A child of a node that a frustum meets: where from, and its number, of a node or, with TREE_LEAF, of a block. */
 #define TREE_LEAF 0x80000000u
 typedef struct {
@@ -59,9 +66,10 @@ typedef struct {
     void (*walk)(const void *tree, const KellerConeLanes *lanes, bool contained, LeafVisit visit, void *context,
                  uint64_t *nodes);
     /* The same step by step, for who keeps the order himself: the child that is the whole tree (KELLER_NONE: empty), and the
-     * children of a node that the frustum meets, at most eight. NULL: not to be had. */
+     * children of a node that the frustum or ray meets, at most eight. NULL: not to be had. */
     uint32_t (*root)(const void *tree);
     uint32_t (*open)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
+    uint32_t (*open_ray)(const void *tree, uint32_t node, const RayLanes *ray, TreeChild child[8]);
 } TreeKind;
 
 extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;

@@ -87,20 +87,41 @@ static KellerStatus begin(KellerNexthit *it, const KellerAccel *accel, KellerVec
     return KELLER_OK;
 }
 
+/* A cone's ranges may begin before the bounds of single precision, by no more than its slack. */
 void nexthit_narrow(KellerNexthit *it)
 {
-    /* a cone's ranges begin before the bounds of single precision by no more than its slack */
-    double slack = it->cones ? (double)it->lanes.slack : 0;
-    float near = float_down(it->last.distance - slack), far = float_up(it->end.distance + slack);
-    it->lanes.near = near > it->near ? near : it->near;
-    if (far < it->lanes.far) it->lanes.far = far;
+    float near = float_down(it->cones ? it->last.distance - (double)it->lanes.slack : it->last.distance);
+    *(it->cones ? &it->lanes.near : &it->ray.lanes.near) = near > it->near ? near : it->near;
+}
+
+void nexthit_walk(KellerNexthit *it, LeafVisit visit)
+{
+    const RayLanes *ray = &it->ray.lanes;
+    if (!(it->clip.near <= it->clip.far)) return;
+    if (!it->cones) { /* a frustum of no width */
+        it->lanes.near = ray->near;
+        it->lanes.far = ray->far;
+        it->lanes.tan_alpha = it->lanes.x0 = 0;
+        it->lanes.slack = 1; /* beside which x0 is not wide */
+        for (int k = 0; k < 3; k++) {
+            it->lanes.enter[k] = ray->enter[k];
+            it->lanes.leave[k] = ray->leave[k];
+            it->lanes.enter_rate[k] = it->lanes.leave_rate[k] = ray->rate[k];
+        }
+    }
+    it->tree->walk(it->accel->triangle_tree, &it->lanes, false, visit, it, &it->work->nodes);
 }
 
 /* The lanes are ready. */
-static void start(KellerNexthit *it)
+static void start(KellerNexthit *it, const KellerNexthitOptions *o)
 {
-    it->near = it->lanes.near;
-    nexthit_narrow(it);
+    it->near = it->cones ? it->lanes.near : it->ray.lanes.near;
+    if (o && o->after) nexthit_narrow(it);
+    if (o && o->before) {
+        float far = float_up(it->cones ? it->end.distance + (double)it->lanes.slack : it->end.distance);
+        float *old = it->cones ? &it->lanes.far : &it->ray.lanes.far;
+        if (far < *old) *old = far;
+    }
     if (it->method == KELLER_NEXTHIT_QUEUE) nexthit_queue_start(it);
 }
 
@@ -111,7 +132,7 @@ KellerStatus keller_nexthit_ray(KellerNexthit *it, const KellerAccel *accel, Kel
     KellerStatus status = begin(it, accel, direction, clip, options, error);
     if (status != KELLER_OK) return status;
     nexthit_prepare_ray(it, origin, direction);
-    start(it);
+    start(it, options);
     return KELLER_OK;
 }
 
@@ -122,7 +143,7 @@ KellerStatus keller_nexthit_cone(KellerNexthit *it, const KellerAccel *accel, co
     KellerStatus status = begin(it, accel, cone->directrix, clip, options, error);
     if (status != KELLER_OK) return status;
     nexthit_prepare_cone(it, cone);
-    start(it);
+    start(it, options);
     return KELLER_OK;
 }
 

@@ -36,12 +36,15 @@ typedef struct {
     FoundArray heap;
 } FoundQueue;
 
-/* A ray for leaves. Sheared coordinates x' = x - Sx z, y' = y - Sy z. */
+/* A ray for boxes and leaves. Sheared coordinates x' = x - Sx z, y' = y - Sy z. */
 typedef struct {
-    KellerRay exact;
-    int axis[3];
-    float origin[3], shear[2], rate; /* rate: t for a unit of z */
-    float error, error_t;           /* of sheared coordinates, m; of t */
+    KellerVec3 origin, direction;
+    KellerRay exact;                /* made when the first triangle asks for it */
+    bool made;
+    int axis[3];                    /* two lesser ones, then the one along which the direction is greatest */
+    float from[3], shear[2], rate;  /* rate: t for a unit of z */
+    float error, t_error;           /* of sheared coordinates, m; of t */
+    RayLanes lanes;
 } NexthitRay;
 
 struct KellerNexthit {
@@ -54,8 +57,8 @@ struct KellerNexthit {
     Found last, end;                /* hits strictly between them are to come */
     KellerRange clip;               /* of the query, and of the cone */
     KellerVec3 direction;           /* the cone's directrix */
-    KellerConeLanes lanes;
-    float near;                     /* lanes.near at the start */
+    KellerConeLanes lanes;          /* of cones */
+    float near;                     /* the lanes' near at the start */
     NexthitRay ray;
     KellerCone cone;
     FoundQueue queue;
@@ -69,8 +72,10 @@ struct KellerNexthit {
 
 void nexthit_prepare_ray(KellerNexthit *it, KellerVec3 origin, KellerVec3 direction);
 void nexthit_prepare_cone(KellerNexthit *it, const KellerCone *cone);
-/* Cuts the lanes' near and far to where hits are still to come. */
+/* Leaves out of the lanes what ends before the last hit. */
 void nexthit_narrow(KellerNexthit *it);
+/* Calls visit for the blocks that the ray or cone may meet, as TreeKind's walk. */
+void nexthit_walk(KellerNexthit *it, LeafVisit visit);
 /* The hits in a block at a distance of at most `far`, slots 0; returns how many. For cones also the far ends of their ranges. */
 uint32_t nexthit_ray_block(KellerNexthit *it, uint32_t block, double far, Found hit[8]);
 uint32_t nexthit_cone_block(KellerNexthit *it, uint32_t block, double far, Found hit[8], double last[8]);

@@ -54,8 +54,7 @@ static void gather(KellerNexthit *it)
 {
     it->batch.count = it->taken = it->far_count = 0;
     nexthit_narrow(it);
-    if (it->clip.near <= it->clip.far)
-        it->tree->walk(it->accel->triangle_tree, &it->lanes, false, visit, it, &it->work->nodes);
+    nexthit_walk(it, visit);
     it->ended = it->batch.count < it->batch_size;
     found_sort(it->batch.at, it->batch.count);
 }

@@ -27,11 +27,22 @@ static __attribute__((noinline)) bool push_slowly(FoundQueue *q, Found f)
     return true;
 }
 
-static inline bool push(FoundQueue *q, Found f)
+static inline bool push_hit(FoundQueue *q, Found f)
 {
     if (q->count == FRONT || q->heap.count > 0) return push_slowly(q, f);
     uint32_t j = q->count++;
-    for (; j > 0 && found_before(q->front[j - 1], f); j--) q->front[j] = q->front[j - 1];
+    for (; j > 0 && q->front[j - 1].distance <= f.distance && found_before(q->front[j - 1], f); j--) q->front[j] = q->front[j - 1];
+    q->front[j] = f;
+    return true;
+}
+
+/* Nodes come before all that is no nearer: their ties need no look. */
+static inline bool push_child(FoundQueue *q, TreeChild child)
+{
+    Found f = {(double)child.distance, child.child};
+    if (q->count == FRONT || q->heap.count > 0) return push_slowly(q, f);
+    uint32_t j = q->count++;
+    for (; j > 0 && q->front[j - 1].distance < f.distance; j--) q->front[j] = q->front[j - 1];
     q->front[j] = f;
     return true;
 }
@@ -65,7 +76,27 @@ static inline bool open_block(KellerNexthit *it, uint32_t block)
     for (uint32_t i = 0; i < n; i++) {
         if (!found_before(it->last, hit[i]) || !found_before(hit[i], it->end)) continue;
         if (it->cones && !nexthit_keep_far(it, &hit[i], far[i])) return false;
-        if (!push(&it->queue, hit[i])) return false;
+        if (!push_hit(&it->queue, hit[i])) return false;
+    }
+    return true;
+}
+
+/* A block is five cache lines, wanted soon. */
+static inline void fetch(const KellerAccel *a, uint32_t block)
+{
+    const char *at = (const char *)&a->triangles[block];
+    for (size_t k = 0; k < sizeof *a->triangles; k += 64) __builtin_prefetch(at + k);
+}
+
+static inline bool open_node(KellerNexthit *it, uint32_t node)
+{
+    TreeChild child[8];
+    uint32_t n = it->cones ? it->tree->open(it->accel->triangle_tree, node, &it->lanes, child)
+                           : it->tree->open_ray(it->accel->triangle_tree, node, &it->ray.lanes, child);
+    it->work->nodes++;
+    for (uint32_t i = 0; i < n; i++) {
+        if (child[i].child & TREE_LEAF) fetch(it->accel, child[i].child & ~TREE_LEAF);
+        if (!push_child(&it->queue, child[i])) return false;
     }
     return true;
 }
@@ -90,9 +121,6 @@ int nexthit_queue_next(KellerNexthit *it, Found *hit)
             if (!open_block(it, child & ~TREE_LEAF)) return -1;
             continue;
         }
-        TreeChild below[8];
-        it->work->nodes++;
-        for (uint32_t n = it->tree->open(it->accel->triangle_tree, child, &it->lanes, below), i = 0; i < n; i++)
-            if (!push(q, (Found){(double)below[i].distance, below[i].child})) return -1;
+        if (!open_node(it, child)) return -1;
     }
 }

@@ -6,44 +6,36 @@
 
 #define UNIT 0x1p-24
 
-/* The frustum of no width, grown by 8 UNIT M, of which the trees' tests of thin frusta read the slabs. */
-static void prepare_slabs(KellerNexthit *it, d4 from, KellerVec3 direction, double most, double width)
-{
-    KellerConeLanes *l = &it->lanes;
-    d4 d = d4_set(direction.x, direction.y, direction.z, most), sign = d4_or(d4_set1(1), d4_and(d4_set1(-0.0), d));
-    d4 rate = d4_div(sign, d4_max(d4_abs(d), d4_set1(0x1p-26 * most))), grown = d4_mul(sign, d4_set1(width));
-    float enter[4], leave[4], rates[4];
-    d4_store_floats(enter, d4_add(from, grown));
-    d4_store_floats(leave, d4_sub(from, grown));
-    d4_store_floats(rates, rate);
-    for (int k = 0; k < 3; k++) {
-        l->enter[k] = enter[k];
-        l->leave[k] = leave[k];
-        l->enter_rate[k] = l->leave_rate[k] = rates[k];
-    }
-    l->near = float_down(it->clip.near);
-    l->far = float_up(it->clip.far);
-    l->slack = (float)width;
-    l->tan_alpha = l->x0 = 0;
-}
-
+/* Boxes are grown by 8 UNIT M (cone_lanes.c asks for 6). The errors have a thousandth to spare for being rounded to nearest. */
 void nexthit_prepare_ray(KellerNexthit *it, KellerVec3 origin, KellerVec3 direction)
 {
     NexthitRay *r = &it->ray;
-    KellerVec3 from = v3_sub(origin, it->accel->middle);
+    const KellerVec3 from = v3_sub(origin, it->accel->middle);
     const double o[3] = {from.x, from.y, from.z}, d[3] = {direction.x, direction.y, direction.z};
-    r->exact = keller_ray(origin, direction);
-    for (int k = 0; k < 3; k++) {
-        r->axis[k] = r->exact.axis[k];
-        r->origin[k] = (float)o[r->axis[k]];
-    }
-    double most = d[r->axis[2]], rate = 1 / most, reach = it->accel->size + greater(fabs(o[0]), greater(fabs(o[1]), fabs(o[2])));
-    r->shear[0] = (float)r->exact.shear[0];
-    r->shear[1] = (float)r->exact.shear[1];
-    r->rate = (float)rate;
-    r->error = float_up(24 * UNIT * reach);
-    r->error_t = float_up(8 * UNIT * reach * fabs(rate));
-    prepare_slabs(it, d4_set(o[0], o[1], o[2], 0), direction, fabs(most), 8 * UNIT * reach);
+    double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]), most = greater(x, greater(y, z));
+    int last = z >= most ? 2 : y >= most ? 1 : 0;
+    double reach = it->accel->size + greater(fabs(o[0]), greater(fabs(o[1]), fabs(o[2])));
+    d4 D = d4_set(d[0], d[1], d[2], d[last]), at = d4_set(o[0], o[1], o[2], 0), sign = d4_or(d4_set1(1), d4_and(d4_set1(-0.0), D));
+    d4 rate = d4_div(sign, d4_max(d4_abs(D), d4_set1(0x1p-26 * most))), grown = d4_mul(sign, d4_set1(8 * UNIT * reach));
+    double rates[4];
+    d4_store(rates, rate);
+    d4_store_floats(r->lanes.enter, d4_add(at, grown));
+    d4_store_floats(r->lanes.leave, d4_sub(at, grown));
+    d4_store_floats(r->lanes.rate, rate);
+    r->lanes.near = float_down(it->clip.near);
+    r->lanes.far = float_up(it->clip.far);
+    r->origin = origin;
+    r->direction = direction;
+    r->made = false;
+    r->axis[0] = last == 0;
+    r->axis[1] = last == 2 ? 1 : 2;
+    r->axis[2] = last;
+    for (int k = 0; k < 3; k++) r->from[k] = (float)o[r->axis[k]];
+    r->rate = (float)rates[3];
+    r->shear[0] = (float)(d[r->axis[0]] * rates[3]);
+    r->shear[1] = (float)(d[r->axis[1]] * rates[3]);
+    r->error = (float)(1.001 * 24 * UNIT * reach);
+    r->t_error = (float)(1.001 * 8 * UNIT * reach * fabs(rates[3]));
 }
 
 typedef struct {
@@ -52,9 +44,9 @@ typedef struct {
 
 static inline Corner8 corner_of(const NexthitRay *r, const KellerVertex8 *v)
 {
-    f8 z = f8_sub(f8_load(v->p[r->axis[2]]), f8_set1(r->origin[2]));
-    return (Corner8){f8_sub(f8_sub(f8_load(v->p[r->axis[0]]), f8_set1(r->origin[0])), f8_mul(z, f8_set1(r->shear[0]))),
-                     f8_sub(f8_sub(f8_load(v->p[r->axis[1]]), f8_set1(r->origin[1])), f8_mul(z, f8_set1(r->shear[1]))),
+    f8 z = f8_sub(f8_load(v->p[r->axis[2]]), f8_set1(r->from[2]));
+    return (Corner8){f8_sub(f8_sub(f8_load(v->p[r->axis[0]]), f8_set1(r->from[0])), f8_mul(z, f8_set1(r->shear[0]))),
+                     f8_sub(f8_sub(f8_load(v->p[r->axis[1]]), f8_set1(r->from[1])), f8_mul(z, f8_set1(r->shear[1]))),
                      f8_mul(z, f8_set1(r->rate))};
 }
 
@@ -75,8 +67,8 @@ static inline uint32_t may_meet(const NexthitRay *r, const TriangleBlock *block,
     judge(&a, &b, f8_add(sa, sb), error, &above, &below);
     judge(&b, &c, f8_add(sb, sc), error, &above, &below);
     judge(&c, &a, f8_add(sc, sa), error, &above, &below);
-    f8 low = f8_sub(f8_min(a.t, f8_min(b.t, c.t)), f8_set1(r->error_t));
-    f8 high = f8_add(f8_max(a.t, f8_max(b.t, c.t)), f8_set1(r->error_t));
+    f8 low = f8_sub(f8_min(a.t, f8_min(b.t, c.t)), f8_set1(r->t_error));
+    f8 high = f8_add(f8_max(a.t, f8_max(b.t, c.t)), f8_set1(r->t_error));
     f8 within = f8_and(f8_le(low, f8_set1(far)), f8_le(f8_set1(first), high));
     return (uint32_t)f8_mask(f8_andnot(f8_and(above, below), within));
 }
@@ -84,16 +76,21 @@ static inline uint32_t may_meet(const NexthitRay *r, const TriangleBlock *block,
 uint32_t nexthit_ray_block(KellerNexthit *it, uint32_t number, double far, Found hit[8])
 {
     const TriangleBlock *block = &it->accel->triangles[number];
+    NexthitRay *r = &it->ray;
     const KellerRange clip = {it->clip.near, lesser(far, it->clip.far)};
-    uint32_t n = 0;
+    uint32_t n = 0, mask = may_meet(r, block, r->lanes.near, float_up(clip.far));
     it->work->triangles += lanes_used(block->id);
-    for (uint32_t mask = may_meet(&it->ray, block, it->lanes.near, float_up(clip.far)); mask; mask &= mask - 1) {
+    if (mask && !r->made) {
+        r->exact = keller_ray(r->origin, r->direction);
+        r->made = true;
+    }
+    for (; mask; mask &= mask - 1) {
         uint32_t id = block->id[__builtin_ctz(mask)];
         KellerVec3 v[3];
         double t;
         if (id == KELLER_NONE) continue;
         triangle_of(it->accel, id, v);
-        if (keller_ray_triangle(&it->ray.exact, v[0], v[1], v[2], clip, &t, NULL)) hit[n++] = found_of(it, t, id, v);
+        if (keller_ray_triangle(&r->exact, v[0], v[1], v[2], clip, &t, NULL)) hit[n++] = found_of(it, t, id, v);
     }
     return n;
 }
