@@ -174,7 +174,7 @@ static uint32_t open_ray(const void *tree, uint32_t number, const RayLanes *ray,
     const float *side = node->boxes.lower[0]; /* rows of eight: lower sides 0 to 2, upper ones 3 to 5 */
     f8 in = f8_set1(ray->near), out = f8_set1(ray->far);
     for (int k = 0; k < 3; k++) {
-        int first = ray->rate[k] < 0 ? 8 * (k + 3) : 8 * k;
+        int first = 8 * k + 24 * (ray->rate[k] < 0);
         f8 rate = f8_set1(ray->rate[k]);
         in = f8_max(in, f8_mul(f8_sub(f8_load(side + first), f8_set1(ray->enter[k])), rate));
         out = f8_min(out, f8_mul(f8_sub(f8_load(side + (8 * (2 * k + 3) - first)), f8_set1(ray->leave[k])), rate));

@@ -88,17 +88,32 @@ static inline void fetch(const KellerAccel *a, uint32_t block)
     for (size_t k = 0; k < sizeof *a->triangles; k += 64) __builtin_prefetch(at + k);
 }
 
-static inline bool open_node(KellerNexthit *it, uint32_t node)
+/* Opens a node; the nearest child, if nothing else is nearer, need not go through the queue: it is left in *node, KELLER_NONE if
+ * there is none. */
+static inline bool open_node(KellerNexthit *it, uint32_t *node)
 {
+    FoundQueue *q = &it->queue;
     TreeChild child[8];
-    uint32_t n = it->cones ? it->tree->open(it->accel->triangle_tree, node, &it->lanes, child)
-                           : it->tree->open_ray(it->accel->triangle_tree, node, &it->ray.lanes, child);
+    uint32_t n = it->cones ? it->tree->open(it->accel->triangle_tree, *node, &it->lanes, child)
+                           : it->tree->open_ray(it->accel->triangle_tree, *node, &it->ray.lanes, child);
     it->work->nodes++;
-    for (uint32_t i = 0; i < n; i++) {
-        if (child[i].child & TREE_LEAF) fetch(it->accel, child[i].child & ~TREE_LEAF);
-        if (!push_child(&it->queue, child[i])) return false;
+    *node = KELLER_NONE;
+    if (n == 0) return true;
+    TreeChild nearest = child[0];
+    for (uint32_t i = 1; i < n; i++) {
+        TreeChild other = child[i];
+        if (other.distance < nearest.distance) {
+            other = nearest;
+            nearest = child[i];
+        }
+        if (other.child & TREE_LEAF) fetch(it->accel, other.child & ~TREE_LEAF);
+        if (!push_child(q, other)) return false;
     }
-    return true;
+    if ((q->count == 0 && q->heap.count == 0) || (q->count > 0 && (double)nearest.distance <= q->front[q->count - 1].distance)) {
+        *node = nearest.child;
+        return true;
+    }
+    return push_child(q, nearest);
 }
 
 int nexthit_queue_next(KellerNexthit *it, Found *hit)
@@ -117,10 +132,8 @@ int nexthit_queue_next(KellerNexthit *it, Found *hit)
             return 1;
         }
         uint32_t child = (uint32_t)top.tie;
-        if (child & TREE_LEAF) {
-            if (!open_block(it, child & ~TREE_LEAF)) return -1;
-            continue;
-        }
-        if (!open_node(it, child)) return -1;
+        while (!(child & TREE_LEAF))
+            if (!open_node(it, &child)) return -1;
+        if (child != KELLER_NONE && !open_block(it, child & ~TREE_LEAF)) return -1;
     }
 }
