@@ -52,9 +52,7 @@ bool nexthit_keep_far(KellerNexthit *it, Found *hit, double far)
 static Found place_of(const KellerNexthit *it, const KellerNexthitKey *key, bool behind)
 {
     if (key->triangle == KELLER_NONE) return (Found){key->distance, UINT64_MAX};
-    KellerVec3 v[3];
-    triangle_of(it->accel, key->triangle, v);
-    Found f = found_of(it, key->distance, key->triangle, v);
+    Found f = found_of(it, key->distance, key->triangle);
     if (behind) f.tie |= FOUND_SLOT;
     return f;
 }
@@ -92,24 +90,6 @@ void nexthit_narrow(KellerNexthit *it)
 {
     float near = float_down(it->cones ? it->last.distance - (double)it->lanes.slack : it->last.distance);
     *(it->cones ? &it->lanes.near : &it->ray.lanes.near) = near > it->near ? near : it->near;
-}
-
-void nexthit_walk(KellerNexthit *it, LeafVisit visit)
-{
-    const RayLanes *ray = &it->ray.lanes;
-    if (!(it->clip.near <= it->clip.far)) return;
-    if (!it->cones) { /* a frustum of no width */
-        it->lanes.near = ray->near;
-        it->lanes.far = ray->far;
-        it->lanes.tan_alpha = it->lanes.x0 = 0;
-        it->lanes.slack = 1; /* beside which x0 is not wide */
-        for (int k = 0; k < 3; k++) {
-            it->lanes.enter[k] = ray->enter[k];
-            it->lanes.leave[k] = ray->leave[k];
-            it->lanes.enter_rate[k] = it->lanes.leave_rate[k] = ray->rate[k];
-        }
-    }
-    it->tree->walk(it->accel->triangle_tree, &it->lanes, false, visit, it, &it->work->nodes);
 }
 
 /* The lanes are ready. */

@@ -74,17 +74,27 @@ void nexthit_prepare_ray(KellerNexthit *it, KellerVec3 origin, KellerVec3 direct
 void nexthit_prepare_cone(KellerNexthit *it, const KellerCone *cone);
 /* Leaves out of the lanes what ends before the last hit. */
 void nexthit_narrow(KellerNexthit *it);
-/* Calls visit for the blocks that the ray or cone may meet, as TreeKind's walk. */
-void nexthit_walk(KellerNexthit *it, LeafVisit visit);
 /* The hits in a block at a distance of at most `far`, slots 0; returns how many. For cones also the far ends of their ranges. */
 uint32_t nexthit_ray_block(KellerNexthit *it, uint32_t block, double far, Found hit[8]);
 uint32_t nexthit_cone_block(KellerNexthit *it, uint32_t block, double far, Found hit[8], double last[8]);
 
 /* Its place in the order, slot 0. */
-static inline Found found_of(const KellerNexthit *it, double distance, uint32_t triangle, const KellerVec3 v[3])
+static inline Found found_of(const KellerNexthit *it, double distance, uint32_t triangle)
 {
-    bool last = it->order == KELLER_NEXTHIT_LEAVE_FIRST && !keller_nexthit_leaves(it->direction, v[0], v[1], v[2]);
-    return (Found){distance, FOUND_HIT | (last ? FOUND_LAST : 0) | (uint64_t)triangle << 30};
+    uint64_t rank = 0;
+    if (it->order == KELLER_NEXTHIT_LEAVE_FIRST) {
+        KellerVec3 v[3];
+        triangle_of(it->accel, triangle, v);
+        if (!keller_nexthit_leaves(it->direction, v[0], v[1], v[2])) rank = FOUND_LAST;
+    }
+    return (Found){distance, FOUND_HIT | rank | (uint64_t)triangle << 30};
+}
+
+/* A block is some cache lines, wanted soon. */
+static inline void fetch_block(const KellerAccel *a, uint32_t block)
+{
+    const char *at = (const char *)&a->triangles[block];
+    for (size_t k = 0; k < sizeof *a->triangles; k += 64) __builtin_prefetch(at + k);
 }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */

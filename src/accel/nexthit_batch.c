@@ -50,11 +50,66 @@ static float visit(void *context, uint32_t block, bool inside, float far)
     return nearer < far ? nearer : far;
 }
 
+/* For structures that know frusta only, a ray is one of no width. */
+static void make_frustum(KellerConeLanes *l, const RayLanes *ray)
+{
+    l->near = ray->near;
+    l->far = ray->far;
+    l->tan_alpha = l->x0 = 0;
+    l->slack = 1; /* beside which x0 is not wide */
+    for (int k = 0; k < 3; k++) {
+        l->enter[k] = ray->enter[k];
+        l->leave[k] = ray->leave[k];
+        l->enter_rate[k] = l->leave_rate[k] = ray->rate[k];
+    }
+}
+
+/* The blocks that the ray may meet, nearer ones first but in no exact order. */
+static void walk_ray(KellerNexthit *it)
+{
+    enum { STACK = 7 * (SAH_DEPTH + 32 + 8) + 8 }; /* a level of the binary tree leaves one waiting, of the wide one seven */
+    const void *tree = it->accel->triangle_tree;
+    RayLanes ray = it->ray.lanes;
+    TreeChild stack[STACK], child[8];
+    uint32_t next = it->tree->root(tree), top = 0;
+    if (next == KELLER_NONE) return;
+    for (;;) {
+        if (next & TREE_LEAF) {
+            ray.far = visit(it, next & ~TREE_LEAF, false, ray.far);
+            if (ray.far == -INFINITY) return;
+        } else {
+            it->work->nodes++;
+            for (uint32_t n = it->tree->open_ray(tree, next, &ray, child), i = 0, first = top; i < n; i++) {
+                uint32_t j = top++;
+                if (child[i].child & TREE_LEAF) fetch_block(it->accel, child[i].child & ~TREE_LEAF);
+                for (; j > first && stack[j - 1].distance < child[i].distance; j--) stack[j] = stack[j - 1];
+                stack[j] = child[i];
+            }
+        }
+        do {
+            if (top == 0) return;
+            top--;
+        } while (stack[top].distance > ray.far);
+        next = stack[top].child;
+    }
+}
+
+static void walk(KellerNexthit *it)
+{
+    if (!(it->clip.near <= it->clip.far)) return;
+    if (!it->cones && it->tree->open_ray) {
+        walk_ray(it);
+        return;
+    }
+    if (!it->cones) make_frustum(&it->lanes, &it->ray.lanes);
+    it->tree->walk(it->accel->triangle_tree, &it->lanes, false, visit, it, &it->work->nodes);
+}
+
 static void gather(KellerNexthit *it)
 {
     it->batch.count = it->taken = it->far_count = 0;
     nexthit_narrow(it);
-    nexthit_walk(it, visit);
+    walk(it);
     it->ended = it->batch.count < it->batch_size;
     found_sort(it->batch.at, it->batch.count);
 }

@@ -25,7 +25,7 @@ uint32_t nexthit_cone_block(KellerNexthit *it, uint32_t number, double far, Foun
         triangle_of(it->accel, id, v);
         KellerRange range = keller_cone_triangle(&it->cone, v[0], v[1], v[2], it->clip, NULL, NULL);
         if (!(range.near <= range.far && range.near <= far)) continue;
-        hit[n] = found_of(it, range.near, id, v);
+        hit[n] = found_of(it, range.near, id);
         last[n++] = range.far;
     }
     return n;

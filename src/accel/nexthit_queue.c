@@ -81,13 +81,6 @@ static inline bool open_block(KellerNexthit *it, uint32_t block)
     return true;
 }
 
-/* A block is five cache lines, wanted soon. */
-static inline void fetch(const KellerAccel *a, uint32_t block)
-{
-    const char *at = (const char *)&a->triangles[block];
-    for (size_t k = 0; k < sizeof *a->triangles; k += 64) __builtin_prefetch(at + k);
-}
-
 /* Opens a node; the nearest child, if nothing else is nearer, need not go through the queue: it is left in *node, KELLER_NONE if
  * there is none. */
 static inline bool open_node(KellerNexthit *it, uint32_t *node)
@@ -106,7 +99,7 @@ static inline bool open_node(KellerNexthit *it, uint32_t *node)
             other = nearest;
             nearest = child[i];
         }
-        if (other.child & TREE_LEAF) fetch(it->accel, other.child & ~TREE_LEAF);
+        if (other.child & TREE_LEAF) fetch_block(it->accel, other.child & ~TREE_LEAF);
         if (!push_child(q, other)) return false;
     }
     if ((q->count == 0 && q->heap.count == 0) || (q->count > 0 && (double)nearest.distance <= q->front[q->count - 1].distance)) {

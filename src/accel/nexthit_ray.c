@@ -90,7 +90,7 @@ uint32_t nexthit_ray_block(KellerNexthit *it, uint32_t number, double far, Found
         double t;
         if (id == KELLER_NONE) continue;
         triangle_of(it->accel, id, v);
-        if (keller_ray_triangle(&r->exact, v[0], v[1], v[2], clip, &t, NULL)) hit[n++] = found_of(it, t, id, v);
+        if (keller_ray_triangle(&r->exact, v[0], v[1], v[2], clip, &t, NULL)) hit[n++] = found_of(it, t, id);
     }
     return n;
 }
