@@ -65,7 +65,7 @@ typedef struct {
 
 typedef struct KellerNexthit KellerNexthit;
 
-/* An iterator, to be used for any number of rays and cones; some 3 kB, and what the longest queue so far asked for: 16 bytes a
+/* An iterator, to be used for any number of rays and cones; some 2 kB, and what the longest queue so far asked for: 16 bytes a
  * hit or node, 8 more a cone's hit, in powers of two. Once grown, no ray that needs no more allocates. Errors: KELLER_FAILED (memory). */
 KellerStatus keller_nexthit_new(KellerNexthit **it, KellerError *error);
 /* Frees an iterator; NULL is allowed. */

@@ -12,9 +12,10 @@ bool keller_nexthit_leaves(KellerVec3 direction, KellerVec3 a, KellerVec3 b, Kel
 
 KellerStatus keller_nexthit_new(KellerNexthit **it, KellerError *error)
 {
-    *it = aligned_alloc(_Alignof(KellerNexthit) > 32 ? _Alignof(KellerNexthit) : 32, (sizeof **it + 31) / 32 * 32);
+    *it = calloc(1, sizeof **it);
     if (!*it) return keller_error_memory(error, sizeof **it);
-    **it = (KellerNexthit){.ended = true, .method = KELLER_NEXTHIT_RESTART};
+    (*it)->method = KELLER_NEXTHIT_RESTART;
+    (*it)->ended = true;
     return KELLER_OK;
 }
 

@@ -1,4 +1,8 @@
-/* Cones: eight triangles at a time in single precision, and keller_cone_triangle on what is left, so that distances are its. */
+/* Cones: eight triangles at a time in single precision, and keller_cone_triangle on what is left, so that distances are its.
+ *
+ * A range may begin before the cone meets the triangle: it is that of the cone grown by two KELLER_CONE_SLACK, but for errors of
+ * second order (docs/numerics.md, one step from an inexact root). The boxes' bounds are those of the cone grown by
+ * KELLER_CONE_SLACK_FLOAT, 2^28 times as much, so none lies behind where a range below it begins. */
 #include "accel/nexthit.h"
 #include "base/number.h"
 

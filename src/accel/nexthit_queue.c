@@ -9,9 +9,7 @@ static __attribute__((noinline)) bool push_slowly(FoundQueue *q, Found f)
     if (q->count == FRONT) { /* the farther half goes behind */
         for (uint32_t i = FRONT / 2; i-- > 0;) {
             if (!found_grow(&q->heap)) return false;
-            found_sift_up(q->heap.at, q->heap.count, q->front[i], false);
-            q->heap.count++;
-            q->front[i].tie = 0;
+            found_sift_up(q->heap.at, q->heap.count++, q->front[i], false);
         }
         q->count = FRONT / 2;
         for (uint32_t i = 0; i < FRONT / 2; i++) q->front[i] = q->front[FRONT / 2 + i];
