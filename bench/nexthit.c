@@ -2,8 +2,8 @@
  *
  * usage: keller-bench-nexthit [--csv] [--scene FILE]... [--layers N]... [--rays N] [--seed N] [--half-angle DEG] [--peer embree]
  *
- * One thread; times are processor times, medians of five passes over the same queries after one not counted; the passes of all
- * rows take turns, so that a slow moment of the machine spoils none of them alone. Columns:
+ * One thread; times are processor times, medians of five passes over the same queries; the passes of all rows take turns, so that
+ * a slow moment of the machine spoils none of them alone, each after some queries not counted that fill the caches. Columns:
  *   scene         the file's name; layers-N: N sheets behind one another (keller scene generate layers)
  *   query         random: rays from the box in directions on the sphere. through: rays through the box, from a point of one of its
  *                 two smallest sides to a point of the other. cone: of the half-angle given, along rays `through`
@@ -31,7 +31,7 @@ static const char *const structures[] = {"bvh", "bvh8"};
 static const char *const methods[] = {"queue", "restart", "filter", "filter-n"};
 static const char *const kinds[] = {"random", "through", "cone"};
 static const uint32_t limits[] = {1, 5, 15, UINT32_MAX};
-enum { RANDOM, THROUGH, CONE, STRUCTURES = 2, METHODS = 4, LIMITS = 4, MODES = 2, PASSES = 5, MOST = 16, RAW = 300000, ROOM = 1 << 20 };
+enum { RANDOM, THROUGH, CONE, STRUCTURES = 2, METHODS = 4, LIMITS = 4, MODES = 2, PASSES = 5, WARM = 2000, MOST = 16, RAW = 300000, ROOM = 1 << 20 };
 
 typedef struct {
     bool csv, peer;
@@ -219,6 +219,7 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
     for (int pass = 0; pass < PASSES; pass++)
         for (int k = 0; k < count; k++) {
             KellerAccelWork work = {0};
+            for (size_t i = 0; i < s->count && i < WARM; i++) query(&rows[k], room, s, i, &work, NULL);
             double start = now();
             for (size_t i = 0; i < s->count; i++) query(&rows[k], room, s, i, &work, NULL);
             rows[k].seconds[pass] = now() - start;
