@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "../tests/unit/random.h"
+#include "io/generate.h"
 
 static int by_ends(const void *x, const void *y)
 {
@@ -134,6 +135,20 @@ KellerStatus accel_bench_random(uint32_t count, AccelBench *b, KellerError *erro
     KellerStatus status = sides(b, error);
     find_box(b);
     return status;
+}
+
+KellerStatus accel_bench_layers(uint32_t sheets, AccelBench *b, KellerError *error)
+{
+    *b = (AccelBench){0};
+    snprintf(b->name, sizeof b->name, "layers-%u", sheets);
+    KellerGenerate def = keller_generate_defaults(KELLER_GENERATE_LAYERS);
+    def.sheets = sheets;
+    KellerStatus status = keller_generate(&def, &b->soup, error);
+    if (status != KELLER_OK) return status;
+    b->in = (KellerAccelInput){.triangle_count = (uint32_t)b->soup.triangle_count, .vertices = b->soup.vertices,
+                               .triangles = (const uint32_t (*)[3])b->soup.triangles};
+    find_box(b);
+    return KELLER_OK;
 }
 
 void accel_bench_free(AccelBench *b)

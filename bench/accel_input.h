@@ -1,4 +1,4 @@
-/* accel_input.h -- what `keller bench accel` builds over: scenes from files, and random triangles. */
+/* accel_input.h -- what `keller bench accel` and `keller bench nexthit` build over: scenes from files, and random triangles. */
 #ifndef BENCH_ACCEL_INPUT_H
 #define BENCH_ACCEL_INPUT_H
 #include "keller/accel.h"
@@ -17,5 +17,7 @@ typedef struct {
 KellerStatus accel_bench_read(const char *file, size_t raw, AccelBench *b, KellerError *error);
 /* That many triangles, uniform in a cube of 100 m, with sides of about their mean distance. */
 KellerStatus accel_bench_random(uint32_t count, AccelBench *b, KellerError *error);
+/* That many sheets behind one another (KELLER_GENERATE_LAYERS), without edges. */
+KellerStatus accel_bench_layers(uint32_t sheets, AccelBench *b, KellerError *error);
 void accel_bench_free(AccelBench *b);
 #endif

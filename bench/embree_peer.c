@@ -63,21 +63,83 @@ Peer *peer_new(size_t triangle_count, const KellerVec3 *vertices, const uint32_t
     return p;
 }
 
+static struct RTCRayHit ray_of(const Peer *p, KellerVec3 origin, KellerVec3 direction)
+{
+    KellerVec3 o = v3_sub(origin, p->middle), d = direction;
+    struct RTCRayHit r = {.ray = {.org_x = (float)o.x, .org_y = (float)o.y, .org_z = (float)o.z, .dir_x = (float)d.x,
+                                  .dir_y = (float)d.y, .dir_z = (float)d.z, .tfar = INFINITY, .mask = ~0u}};
+    r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    return r;
+}
+
 size_t peer_nearest(Peer *p, size_t count, const KellerVec3 *origins, const KellerVec3 *directions)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     size_t hits = 0;
     for (size_t i = 0; i < count; i++) {
-        KellerVec3 o = v3_sub(origins[i], p->middle), d = directions[i];
-        struct RTCRayHit r = {.ray = {.org_x = (float)o.x, .org_y = (float)o.y, .org_z = (float)o.z, .dir_x = (float)d.x,
-                                      .dir_y = (float)d.y, .dir_z = (float)d.z, .tfar = INFINITY, .mask = ~0u}};
-        r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        struct RTCRayHit r = ray_of(p, origins[i], directions[i]);
         rtcIntersect1(p->scene, &context, &r);
         hits += r.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }
     return hits;
+}
+
+typedef struct {
+    struct RTCIntersectContext context; /* first, so that the filter finds the rest */
+    PeerHit *hits;
+    size_t count, most;
+} Collecting;
+
+static void collect(const struct RTCFilterFunctionNArguments *args)
+{
+    Collecting *c = (Collecting *)args->context;
+    if (c->count < c->most)
+        c->hits[c->count++] = (PeerHit){((const struct RTCRay *)args->ray)->tfar, ((const struct RTCHit *)args->hit)->primID};
+    args->valid[0] = 0;
+}
+
+bool peer_set_filter(Peer *p)
+{
+    RTCGeometry geometry = rtcGetGeometry(p->scene, 0);
+    rtcSetGeometryIntersectFilterFunction(geometry, collect);
+    rtcCommitGeometry(geometry);
+    rtcCommitScene(p->scene);
+    return rtcGetDeviceError(p->device) == RTC_ERROR_NONE;
+}
+
+size_t peer_filter(Peer *p, KellerVec3 origin, KellerVec3 direction, PeerHit *hits, size_t most)
+{
+    Collecting c = {.hits = hits, .most = most};
+    rtcInitIntersectContext(&c.context);
+    struct RTCRayHit r = ray_of(p, origin, direction);
+    rtcIntersect1(p->scene, &c.context, &r);
+    for (size_t i = 1; i < c.count; i++) { /* nearly in order already */
+        PeerHit h = hits[i];
+        size_t j = i;
+        for (; j > 0 && (h.t < hits[j - 1].t || (h.t == hits[j - 1].t && h.triangle < hits[j - 1].triangle)); j--)
+            hits[j] = hits[j - 1];
+        hits[j] = h;
+    }
+    return c.count;
+}
+
+size_t peer_restart(Peer *p, KellerVec3 origin, KellerVec3 direction, PeerHit *hits, size_t most)
+{
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRayHit r = ray_of(p, origin, direction);
+    size_t count = 0;
+    while (count < most) {
+        rtcIntersect1(p->scene, &context, &r);
+        if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) break;
+        hits[count++] = (PeerHit){r.ray.tfar, r.hit.primID};
+        r.ray.tnear = nextafterf(r.ray.tfar, INFINITY);
+        r.ray.tfar = INFINITY;
+        r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    }
+    return count;
 }
 
 void peer_free(Peer *p)
@@ -102,6 +164,24 @@ Peer *peer_new(size_t triangle_count, const KellerVec3 *vertices, const uint32_t
 size_t peer_nearest(Peer *peer, size_t count, const KellerVec3 *origins, const KellerVec3 *directions)
 {
     (void)peer, (void)count, (void)origins, (void)directions;
+    return 0;
+}
+
+bool peer_set_filter(Peer *peer)
+{
+    (void)peer;
+    return false;
+}
+
+size_t peer_filter(Peer *peer, KellerVec3 origin, KellerVec3 direction, PeerHit *hits, size_t most)
+{
+    (void)peer, (void)origin, (void)direction, (void)hits, (void)most;
+    return 0;
+}
+
+size_t peer_restart(Peer *peer, KellerVec3 origin, KellerVec3 direction, PeerHit *hits, size_t most)
+{
+    (void)peer, (void)origin, (void)direction, (void)hits, (void)most;
     return 0;
 }
 

@@ -8,6 +8,7 @@
 #include "keller/error.h"
 #include "keller/geo.h"
 #include "keller/material.h"
+#include "keller/nexthit.h"
 #include "keller/path.h"
 #include "keller/ray.h"
 #include "keller/resolve.h"

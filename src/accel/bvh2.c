@@ -227,4 +227,37 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkH
     *nodes += tested;
 }
 
-const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk};
+static uint32_t bvh_root(const void *tree)
+{
+    const Bvh *bvh = tree;
+    return !bvh || bvh->block_count == 0 ? KELLER_NONE : bvh->node_count ? 0 : (uint32_t)LEAF;
+}
+
+static uint32_t bvh_open(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    static const WalkHow plainly;
+    bool wide = cone_lanes_wide(lanes);
+    const Frustum f = {lanes, &plainly, slabs_of(lanes), wide, !wide};
+    const Entry at = {node, 0, 0, 0, false};
+    Entry below[2];
+    bool met[2];
+    test_children(&f, &((const Bvh *)tree)->nodes[node], &at, lanes->far, below, met);
+    uint32_t n = 0;
+    for (int i = 0; i < 2; i++)
+        if (met[i]) child[n++] = (TreeChild){below[i].distance, below[i].child};
+    return n;
+}
+
+static uint32_t bvh_open_thin(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    const Node *node = &((const Bvh *)tree)->nodes[number];
+    const Slabs s = slabs_of(lanes);
+    float bounds[4];
+    test_slabs(&s, node, bounds);
+    uint32_t n = 0;
+    for (int i = 0; i < 2; i++)
+        if (bounds[i] <= -bounds[2 + i]) child[n++] = (TreeChild){bounds[i], node->child[i]};
+    return n;
+}
+
+const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk, bvh_root, bvh_open, bvh_open_thin};

@@ -6,8 +6,9 @@
 #include "accel/box.h"
 #include "accel/bvh8.h"
 #include "base/number.h"
+#include "base/simd.h"
 
-#define LEAF BVH8_LEAF
+#define LEAF TREE_LEAF
 typedef Bvh8Node Node;
 typedef Bvh8 Tree;
 
@@ -200,4 +201,33 @@ done:
     *nodes += tested;
 }
 
-const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk};
+static uint32_t root(const void *tree) { return !tree || ((const Tree *)tree)->node_count == 0 ? KELLER_NONE : 0; }
+
+static uint32_t open_node(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    const Node *node = &((const Tree *)tree)->nodes[number];
+    _Alignas(32) float z[8];
+    uint32_t n = 0;
+    for (uint32_t hit = keller_cone_meets_box8(lanes, &node->boxes, z); hit; hit &= hit - 1) {
+        int i = __builtin_ctz(hit);
+        child[n++] = (TreeChild){z[i], node->child[i]};
+    }
+    return n;
+}
+
+static uint32_t open_thin(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    const Node *node = &((const Tree *)tree)->nodes[number];
+    const Bvh8Slabs slabs = bvh8_slabs(lanes);
+    _Alignas(32) float z[8];
+    f8 in;
+    uint32_t n = 0, hit = bvh8_meets(&slabs, node, lanes->far, &in);
+    if (hit) f8_store(z, in);
+    for (; hit; hit &= hit - 1) {
+        int i = __builtin_ctz(hit);
+        child[n++] = (TreeChild){z[i], node->child[i]};
+    }
+    return n;
+}
+
+const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk, root, open_node, open_thin};

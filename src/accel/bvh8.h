@@ -5,11 +5,9 @@
 #include "accel/internal.h"
 #include "base/simd.h"
 
-#define BVH8_LEAF 0x80000000u
-
 typedef struct {
     _Alignas(64) KellerBox8 boxes;
-    uint32_t child[8];              /* node, or BVH8_LEAF | leaf; unused lanes have boxes from +infinity to -infinity */
+    uint32_t child[8];              /* node, or TREE_LEAF | leaf; unused lanes have boxes from +infinity to -infinity */
     uint32_t end[8];                /* the leaves below child i are those from end[i - 1] (the node's own first) to end[i] */
 } Bvh8Node;
 _Static_assert(sizeof(Bvh8Node) == 256, "a node is four cache lines");
@@ -22,18 +20,44 @@ typedef struct {
 /* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
 enum { BVH8_STACK = 7 * (SAH_DEPTH + 32 + 8) + 8 };
 
-/* Along no axis does the frustum open wider than it leans: each side of a box bounds z from one side only. */
-static inline bool bvh8_plain(const KellerConeLanes *c)
-{
-    bool plain = true;
-    for (int k = 0; k < 3; k++) plain &= (c->enter_rate[k] < 0) == (c->leave_rate[k] < 0);
-    return plain;
-}
-
 /* A leaf that waits is fetched ahead. */
 static inline void bvh8_fetch(const TriangleBlock *block)
 {
     for (size_t i = 0; i < sizeof *block; i += 64) __builtin_prefetch((const char *)block + i);
+}
+
+/* A thin, plain frustum or a ray in registers: which side of a box it enters by, and the slabs of both sides. */
+typedef struct {
+    int first[3];                   /* in floats from the boxes' beginning: lower sides are rows 0 to 2, upper ones 3 to 5 */
+    f8 enter[3], leave[3], enter_rate[3], leave_rate[3], near;
+} Bvh8Slabs;
+
+static inline __attribute__((always_inline)) Bvh8Slabs bvh8_slabs(const KellerConeLanes *lanes)
+{
+    Bvh8Slabs s;
+    s.near = f8_set1(lanes->near);
+    for (int k = 0; k < 3; k++) {
+        s.first[k] = 8 * k + 24 * (lanes->enter_rate[k] < 0);
+        s.enter[k] = f8_set1(lanes->enter[k]);
+        s.leave[k] = f8_set1(lanes->leave[k]);
+        s.enter_rate[k] = f8_set1(lanes->enter_rate[k]);
+        s.leave_rate[k] = f8_set1(lanes->leave_rate[k]);
+    }
+    return s;
+}
+
+/* The children that are met before `far`, and from where on. */
+static inline __attribute__((always_inline)) uint32_t bvh8_meets(const Bvh8Slabs *s, const Bvh8Node *node, float far, f8 *begin)
+{
+    const float *side = node->boxes.lower[0];
+    f8 in = s->near, out = f8_set1(far);
+    for (int k = 0; k < 3; k++) {
+        f8 first = f8_load(side + s->first[k]), last = f8_load(side + (8 * (2 * k + 3) - s->first[k]));
+        in = f8_max(in, f8_mul(f8_sub(first, s->enter[k]), s->enter_rate[k]));
+        out = f8_min(out, f8_mul(f8_sub(last, s->leave[k]), s->leave_rate[k]));
+    }
+    *begin = in;
+    return (uint32_t)f8_mask(f8_le(in, out));
 }
 
 /* TreeKind's walk of thin, plain frusta and rays: reads the slabs, near and far of `lanes` alone. Calls
@@ -47,29 +71,17 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
         uint32_t child;
         float z;
     } stack[BVH8_STACK];
-    int first[3], top = 0; /* rows of a node: lower sides 0 to 2, upper ones 3 to 5 */
-    f8 enter[3], leave[3], enter_rate[3], leave_rate[3], near = f8_set1(lanes->near);
-    for (int k = 0; k < 3; k++) {
-        first[k] = lanes->enter_rate[k] < 0 ? 8 * (k + 3) : 8 * k;
-        enter[k] = f8_set1(lanes->enter[k]);
-        leave[k] = f8_set1(lanes->leave[k]);
-        enter_rate[k] = f8_set1(lanes->enter_rate[k]);
-        leave_rate[k] = f8_set1(lanes->leave_rate[k]);
-    }
+    const Bvh8Slabs slabs = bvh8_slabs(lanes);
+    int top = 0;
     float far = lanes->far;
     uint64_t tested = 0;
     uint32_t next = 0;
     for (;;) {
-        while (!(next & BVH8_LEAF)) {
+        while (!(next & TREE_LEAF)) {
             const Bvh8Node *node = &tree->nodes[next];
-            const float *side = node->boxes.lower[0];
-            f8 in = near, out = f8_set1(far);
-            for (int k = 0; k < 3; k++) {
-                in = f8_max(in, f8_mul(f8_sub(f8_load(side + first[k]), enter[k]), enter_rate[k]));
-                out = f8_min(out, f8_mul(f8_sub(f8_load(side + (8 * (2 * k + 3) - first[k])), leave[k]), leave_rate[k]));
-            }
+            f8 in;
+            uint32_t hit = bvh8_meets(&slabs, node, far, &in);
             tested++;
-            uint32_t hit = (uint32_t)f8_mask(f8_le(in, out));
             if (hit == 0) goto pop;
             uint32_t i = (uint32_t)__builtin_ctz(hit);
             next = node->child[i];
@@ -90,7 +102,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
                     next = child, next_z = at;
                     child = c, at = t;
                 }
-                if (blocks && child & BVH8_LEAF) bvh8_fetch(&blocks[child & ~BVH8_LEAF]);
+                if (blocks && child & TREE_LEAF) bvh8_fetch(&blocks[child & ~TREE_LEAF]);
                 int j = top++;
                 for (; j > bottom && stack[j - 1].z < at; j--) stack[j] = stack[j - 1];
                 stack[j].child = child;
@@ -98,7 +110,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
                 hit &= hit - 1;
             } while (hit);
         }
-        far = visit(context, next & ~BVH8_LEAF, false, far);
+        far = visit(context, next & ~TREE_LEAF, false, far);
         if (far == -INFINITY) break;
     pop:
         do {

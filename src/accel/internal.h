@@ -48,6 +48,13 @@ typedef struct {
     const KellerCone *cone;         /* relative to the middle; for leaf_boxes and KELLER_ORDER_EXACT */
 } WalkHow;
 
+/* A child of a node that a frustum meets: where from, and its number, of a node or, with TREE_LEAF, of a block. */
+#define TREE_LEAF 0x80000000u
+typedef struct {
+    float distance;                 /* a z that nothing in the child's box comes before inside the frustum */
+    uint32_t child;
+} TreeChild;
+
 typedef struct {
     const char *name;
     double cost_ratio;              /* measured default */
@@ -59,7 +66,21 @@ typedef struct {
      * Adds the nodes tested to *nodes. A block is visited once; a primitive as often as it has blocks. */
     void (*walk)(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
                  uint64_t *nodes);
+    /* The same step by step, for who keeps the order himself: the child that is the whole tree (KELLER_NONE: empty), and the
+     * children of a node that the frustum meets, at most eight. open_thin: of rays and of thin, plain frusta, whose slabs, near
+     * and far are all that it reads. NULL: not to be had. */
+    uint32_t (*root)(const void *tree);
+    uint32_t (*open)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
+    uint32_t (*open_thin)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
 } TreeKind;
+
+/* Along no axis does the frustum open wider than it leans: each side of a box bounds z from one side only. */
+static inline bool lanes_plain(const KellerConeLanes *c)
+{
+    bool plain = true;
+    for (int k = 0; k < 3; k++) plain &= (c->enter_rate[k] < 0) == (c->leave_rate[k] < 0);
+    return plain;
+}
 
 extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;
 

@@ -154,4 +154,4 @@ static size_t kdtree_bytes(const void *tree)
     return !t ? 0 : sizeof *t + t->node_count * sizeof *t->nodes;
 }
 
-const TreeKind tree_kdtree = {"kdtree", 1, kdtree_build, kdtree_free, kdtree_bytes, kdtree_walk};
+const TreeKind tree_kdtree = {"kdtree", 1, kdtree_build, kdtree_free, kdtree_bytes, kdtree_walk, NULL, NULL, NULL};

@@ -213,7 +213,7 @@ static void walk(Query *q)
         local.z_far = lesser(local.z_far, q->whole.far);
         how.cone = &local;
     }
-    thin = thin && !how.contained && !how.leaf_boxes && how.order == KELLER_ORDER_SLABS && bvh8_plain(&q->lanes);
+    thin = thin && !how.contained && !how.leaf_boxes && how.order == KELLER_ORDER_SLABS && lanes_plain(&q->lanes);
     if (repeats) {
         q->seen = &seen;
         seen_start(&seen);

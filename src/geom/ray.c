@@ -12,6 +12,7 @@
 #include <assert.h>
 
 #include "base/number.h"
+#include "base/simd.h"
 
 KellerRay keller_ray(KellerVec3 origin, KellerVec3 direction)
 {
@@ -23,53 +24,58 @@ KellerRay keller_ray(KellerVec3 origin, KellerVec3 direction)
     return (KellerRay){{origin.x, origin.y, origin.z}, {d[x] / d[z], d[y] / d[z], d[z]}, {x, y, z}};
 }
 
-typedef struct {
-    double x, y, z;
-} Sheared;
-
-static inline Sheared sheared(const KellerRay *ray, KellerVec3 p)
+/* a b - product, as product_error. */
+static inline d4 product_error4(d4 a, d4 b, d4 product)
 {
-    const double q[3] = {p.x - ray->origin[0], p.y - ray->origin[1], p.z - ray->origin[2]};
-    double z = q[ray->axis[2]];
-    return (Sheared){q[ray->axis[0]] - ray->shear[0] * z, q[ray->axis[1]] - ray->shear[1] * z, z};
+    d4 split = d4_set1(0x1p27), ca = d4_add(d4_mul(split, a), a), cb = d4_add(d4_mul(split, b), b);
+    d4 ah = d4_sub(ca, d4_sub(ca, a)), al = d4_sub(a, ah), bh = d4_sub(cb, d4_sub(cb, b)), bl = d4_sub(b, bh);
+    d4 rest = d4_sub(d4_sub(d4_sub(product, d4_mul(ah, bh)), d4_mul(al, bh)), d4_mul(ah, bl));
+    return d4_sub(d4_mul(al, bl), rest);
 }
 
-static inline double edge(Sheared p, Sheared q) { return q.x * p.y - q.y * p.x; }
+/* Are there signs of both kinds? */
+static inline bool mixed(d4 e) { return d4_mask(d4_lt(e, d4_set1(0))) && d4_mask(d4_lt(d4_set1(0), e)); }
 
-/* The same with the errors of both products: never of the opposite sign, to two rounding units, and exactly the negative for the
- * edge from q to p. */
-static double edge_exact(Sheared p, Sheared q)
+/* Coordinate k of the three corners, relative to the origin; the first again in lane 3. */
+static inline d4 corners(const KellerRay *ray, const KellerVec3 *a, const KellerVec3 *b, const KellerVec3 *c, int k)
 {
-    double a = q.x * p.y, b = q.y * p.x;
-    return (a - b) + (product_error(q.x, p.y, a) - product_error(q.y, p.x, b));
+    const double *p = (const double *)a, *q = (const double *)b, *r = (const double *)c;
+    return d4_sub(d4_set(p[k], q[k], r[k], p[k]), d4_set1(ray->origin[k]));
 }
 
 bool keller_ray_triangle(const KellerRay *ray, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerRange clip, double *t,
                          double weight[3])
 {
-    const Sheared A = sheared(ray, a), B = sheared(ray, b), C = sheared(ray, c);
-    double u = edge(B, C), v = edge(C, A), w = edge(A, B);
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+    /* corners in lanes, and with each the edge opposite to it */
+    const int *k = ray->axis;
+    d4 Z = corners(ray, &a, &b, &c, k[2]);
+    d4 x = d4_sub(corners(ray, &a, &b, &c, k[0]), d4_mul(d4_set1(ray->shear[0]), Z));
+    d4 y = d4_sub(corners(ray, &a, &b, &c, k[1]), d4_mul(d4_set1(ray->shear[1]), Z));
+    d4 px = d4_rotate(x), py = d4_rotate(y), qx = d4_rotate2(x), qy = d4_rotate2(y);
+    d4 left = d4_mul(qx, py), right = d4_mul(qy, px), e = d4_sub(left, right);
+    if (mixed(e)) return false;
     /* A hit, but for zeros. Slivers need the errors too: else the weights are off by a unit of size^2 / area, and the
-     * point they give is off the ray by that part of the size. */
-    u = edge_exact(B, C);
-    v = edge_exact(C, A);
-    w = edge_exact(A, B);
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
-    double sum = u + v + w;
+     * point they give is off the ray by that part of the size. With them an edge function is never of the opposite sign, to two
+     * rounding units, and exactly the negative for the edge in the other direction. */
+    e = d4_add(e, d4_sub(product_error4(qx, py, left), product_error4(qy, px, right)));
+    if (mixed(e)) return false;
+    double z3[4], w[4], shares[4];
+    d4_store(w, e);
+    double sum = w[0] + w[1] + w[2];
     if (sum == 0) return false; /* in a plane with the ray, or degenerate */
-    u /= sum;
-    v /= sum;
-    w /= sum;
-    double z = u * A.z + v * B.z + w * C.z;
-    z = greater(lesser(A.z, lesser(B.z, C.z)), lesser(greater(A.z, greater(B.z, C.z)), z));
+    e = d4_div(e, d4_set1(sum));
+    d4_store(w, e);
+    d4_store(z3, Z);
+    d4_store(shares, d4_mul(e, Z));
+    double z = shares[0] + shares[1] + shares[2];
+    z = greater(lesser(z3[0], lesser(z3[1], z3[2])), lesser(greater(z3[0], greater(z3[1], z3[2])), z));
     double at = z / ray->shear[2];
     if (!(at >= clip.near && at <= clip.far)) return false;
     if (t) *t = at;
     if (weight) {
-        weight[0] = u;
-        weight[1] = v;
-        weight[2] = w;
+        weight[0] = w[0];
+        weight[1] = w[1];
+        weight[2] = w[2];
     }
     return true;
 }

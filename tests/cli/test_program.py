@@ -230,6 +230,21 @@ def test_bench_accuracy(folder, shared):
     assert keller("bench", "accuracy", "--truth", cwd=folder).returncode == USAGE
 
 
+def test_bench_of_next_hits_loses_none(folder, shared):
+    rows = expect(keller("bench", "nexthit", "--csv", "--layers", "12", "--rays", "200", "--half-angle", "1", cwd=folder), DONE)
+    head, *rows = [row.split(",") for row in rows.stdout.split()]
+    assert head == ["scene", "query", "method", "structure", "max_hits", "us_per_ray", "hits_per_ray", "lost", "doubled", "nodes",
+                    "triangles"]
+    assert len(rows) == 3 * 2 * 4 * 4  # queries, structures, methods, numbers of hits
+    assert all(row[0] == "layers-12" and row[7:9] == ["0", "0"] and float(row[5]) > 0 for row in rows)
+    for query in "random", "through", "cone":
+        for most in "1", "5", "15", "0":
+            hits = {row[6] for row in rows if row[1] == query and row[4] == most}
+            assert len(hits) == 1 and (most == "0" or 0 < float(*hits) <= int(most))
+    done = keller("bench", "nexthit", "--layers", "none", cwd=folder)
+    assert done.returncode == USAGE and "none" in done.stderr
+
+
 def test_standard_output_that_cannot_be_written(folder, shared):
     result = finished(shared)
     for arguments in [["--version"], ["info", result], ["paths", result]]:
