@@ -65,6 +65,9 @@ typedef struct {
 
 typedef struct KellerNexthit KellerNexthit;
 
+/* Does the method QUEUE run over it? */
+bool keller_nexthit_resumes(const KellerAccel *accel);
+
 /* An iterator, to be used for any number of rays and cones; some 2 kB, and what the longest queue so far asked for: 16 bytes a
  * hit or node, 8 more a cone's hit, in powers of two. Once grown, no ray that needs no more allocates. Errors: KELLER_FAILED (memory). */
 KellerStatus keller_nexthit_new(KellerNexthit **it, KellerError *error);

@@ -217,17 +217,7 @@ static uint32_t open_node(const void *tree, uint32_t number, const KellerConeLan
 
 static uint32_t open_thin(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
 {
-    const Node *node = &((const Tree *)tree)->nodes[number];
-    const Bvh8Slabs slabs = bvh8_slabs(lanes);
-    _Alignas(32) float z[8];
-    f8 in;
-    uint32_t n = 0, hit = bvh8_meets(&slabs, node, lanes->far, &in);
-    if (hit) f8_store(z, in);
-    for (; hit; hit &= hit - 1) {
-        int i = __builtin_ctz(hit);
-        child[n++] = (TreeChild){z[i], node->child[i]};
-    }
-    return n;
+    return bvh8_open_thin(tree, number, lanes, child);
 }
 
 const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk, root, open_node, open_thin};

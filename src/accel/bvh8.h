@@ -20,12 +20,6 @@ typedef struct {
 /* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
 enum { BVH8_STACK = 7 * (SAH_DEPTH + 32 + 8) + 8 };
 
-/* A leaf that waits is fetched ahead. */
-static inline void bvh8_fetch(const TriangleBlock *block)
-{
-    for (size_t i = 0; i < sizeof *block; i += 64) __builtin_prefetch((const char *)block + i);
-}
-
 /* A thin, plain frustum or a ray in registers: which side of a box it enters by, and the slabs of both sides. */
 typedef struct {
     int first[3];                   /* in floats from the boxes' beginning: lower sides are rows 0 to 2, upper ones 3 to 5 */
@@ -58,6 +52,23 @@ static inline __attribute__((always_inline)) uint32_t bvh8_meets(const Bvh8Slabs
     }
     *begin = in;
     return (uint32_t)f8_mask(f8_le(in, out));
+}
+
+/* TreeKind's open_thin. */
+static inline __attribute__((always_inline)) uint32_t bvh8_open_thin(const Bvh8 *tree, uint32_t number,
+                                                                     const KellerConeLanes *lanes, TreeChild child[8])
+{
+    const Bvh8Node *node = &tree->nodes[number];
+    const Bvh8Slabs slabs = bvh8_slabs(lanes);
+    _Alignas(32) float z[8];
+    f8 in;
+    uint32_t n = 0, hit = bvh8_meets(&slabs, node, lanes->far, &in);
+    if (hit) f8_store(z, in);
+    for (; hit; hit &= hit - 1) {
+        int i = __builtin_ctz(hit);
+        child[n++] = (TreeChild){z[i], node->child[i]};
+    }
+    return n;
 }
 
 /* TreeKind's walk of thin, plain frusta and rays: reads the slabs, near and far of `lanes` alone. Calls
@@ -102,7 +113,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
                     next = child, next_z = at;
                     child = c, at = t;
                 }
-                if (blocks && child & TREE_LEAF) bvh8_fetch(&blocks[child & ~TREE_LEAF]);
+                if (blocks && child & TREE_LEAF) fetch_block(&blocks[child & ~TREE_LEAF]);
                 int j = top++;
                 for (; j > bottom && stack[j - 1].z < at; j--) stack[j] = stack[j - 1];
                 stack[j].child = child;

@@ -18,6 +18,12 @@ typedef struct {
     uint32_t id[8];
 } EdgeBlock;
 
+/* A block is some cache lines, wanted soon. */
+static inline void fetch_block(const TriangleBlock *block)
+{
+    for (size_t i = 0; i < sizeof *block; i += 64) __builtin_prefetch((const char *)block + i);
+}
+
 /* Which primitives make up the blocks, block after block, as the structure wants its leaves. */
 typedef struct {
     uint32_t block_count;

@@ -10,21 +10,41 @@ bool keller_nexthit_leaves(KellerVec3 direction, KellerVec3 a, KellerVec3 b, Kel
     return v3_dot(direction, v3_cross(v3_sub(b, a), v3_sub(c, a))) > 0;
 }
 
+bool keller_nexthit_resumes(const KellerAccel *accel) { return accel->kind->open != NULL; }
+
+void nexthit_open(KellerNexthit *it)
+{
+    /* one by one: the queue's front is large, and need not be cleared */
+    it->queue.heap = it->batch = (FoundArray){0};
+    it->far = NULL;
+    it->far_capacity = it->far_count = 0;
+    it->queue.count = 0;
+    it->method = KELLER_NEXTHIT_RESTART;
+    it->ended = true;
+    it->failed = it->cones = false;
+    it->batch_size = it->taken = 0;
+    it->unused = (KellerAccelWork){0};
+}
+
+void nexthit_close(KellerNexthit *it)
+{
+    free(it->queue.heap.at);
+    free(it->batch.at);
+    free(it->far);
+}
+
 KellerStatus keller_nexthit_new(KellerNexthit **it, KellerError *error)
 {
-    *it = calloc(1, sizeof **it);
+    *it = malloc(sizeof **it);
     if (!*it) return keller_error_memory(error, sizeof **it);
-    (*it)->method = KELLER_NEXTHIT_RESTART;
-    (*it)->ended = true;
+    nexthit_open(*it);
     return KELLER_OK;
 }
 
 void keller_nexthit_free(KellerNexthit *it)
 {
     if (!it) return;
-    free(it->queue.heap.at);
-    free(it->batch.at);
-    free(it->far);
+    nexthit_close(it);
     free(it);
 }
 

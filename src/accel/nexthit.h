@@ -63,6 +63,10 @@ struct KellerNexthit {
     size_t far_count, far_capacity;
 };
 
+/* An iterator in the caller's own memory, for a query or a few: ready to begin, and what it has come to hold given back. */
+void nexthit_open(KellerNexthit *it);
+void nexthit_close(KellerNexthit *it);
+
 /* ---- queries: nexthit_ray.c, nexthit_cone.c; nexthit.c ---------------------------------------------------------------------- */
 
 void nexthit_prepare_cone(KellerNexthit *it, const KellerCone *cone);
@@ -82,13 +86,6 @@ static inline Found found_of(const KellerNexthit *it, double distance, uint32_t 
         if (!keller_nexthit_leaves(it->direction, v[0], v[1], v[2])) rank = FOUND_LAST;
     }
     return (Found){distance, FOUND_HIT | rank | (uint64_t)triangle << 30};
-}
-
-/* A block is some cache lines, wanted soon. */
-static inline void fetch_block(const KellerAccel *a, uint32_t block)
-{
-    const char *at = (const char *)&a->triangles[block];
-    for (size_t k = 0; k < sizeof *a->triangles; k += 64) __builtin_prefetch(at + k);
 }
 
 /* ---- methods ----------------------------------------------------------------------------------------------------- */

@@ -1,6 +1,7 @@
 /* The method `queue`: one front of what is known, hits and unopened nodes alike, opened until a hit is in front (Wald et al. 2018,
  * algorithm 1). One queue in place of the paper's two spares the comparison of two fronts; the order of entries is the rule: a
  * node at the distance of a hit comes first. */
+#include "accel/bvh8.h"
 #include "accel/nexthit.h"
 
 /* The front is full or a heap is behind it. */
@@ -86,7 +87,10 @@ static inline bool open_node(KellerNexthit *it, uint32_t *node)
     FoundQueue *q = &it->queue;
     TreeChild child[8];
     const void *tree = it->accel->tree;
-    uint32_t n = it->thin ? it->tree->open_thin(tree, *node, &it->lanes, child) : it->tree->open(tree, *node, &it->lanes, child);
+    uint32_t n;
+    if (!it->thin) n = it->tree->open(tree, *node, &it->lanes, child);
+    else if (it->tree == &tree_bvh8) n = bvh8_open_thin(tree, *node, &it->lanes, child);
+    else n = it->tree->open_thin(tree, *node, &it->lanes, child);
     it->work->nodes++;
     *node = KELLER_NONE;
     if (n == 0) return true;
@@ -97,7 +101,7 @@ static inline bool open_node(KellerNexthit *it, uint32_t *node)
             other = nearest;
             nearest = child[i];
         }
-        if (other.child & TREE_LEAF) fetch_block(it->accel, other.child & ~TREE_LEAF);
+        if (other.child & TREE_LEAF) fetch_block(&it->accel->triangles[other.child & ~TREE_LEAF]);
         if (!push_child(q, other)) return false;
     }
     if ((q->count == 0 && q->heap.count == 0) || (q->count > 0 && (double)nearest.distance <= q->front[q->count - 1].distance)) {

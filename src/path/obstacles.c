@@ -3,8 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "path/internal.h"
+#include "accel/nexthit.h"
 #include "base/number.h"
+#include "path/internal.h"
 
 typedef struct {
     const KellerScene *scene;
@@ -129,6 +130,30 @@ static void sort(const Test *test, uint32_t begin)
     for (uint32_t i = 0; i < n; i++) c->at[begin + i] = order[i].crossing;
 }
 
+/* Every triangle within `margin` of the leg, one after another by the total order of the next-hit iterator, until one ends the
+ * leg: what is beyond is not looked for. False: no memory, and then nothing is known. */
+static bool one_by_one(Test *test, const KellerAccel *accel, double margin, bool *blocked, KellerAccelWork *work)
+{
+    const KellerVec3 along = v3_scale(test->d, 1 / test->length);
+    KellerCone cylinder = keller_cone_round(v3_madd(test->leg->a, along, -margin), along, 0);
+    KellerNexthitOptions options = {.work = work};
+    KellerNexthit it;
+    KellerConeHit hit;
+    cylinder.x0 = margin;
+    cylinder.z_far = test->length + 2 * margin;
+    nexthit_open(&it);
+    if (!keller_nexthit_resumes(accel)) options.method = KELLER_NEXTHIT_FILTER;
+    KellerStatus status = keller_nexthit_cone(&it, accel, &cylinder, (KellerRange){0, INFINITY}, &options, NULL);
+    *blocked = false;
+    while (status == KELLER_OK && !*blocked) {
+        status = keller_nexthit_next_cone(&it, &hit, NULL);
+        if (status != KELLER_OK || hit.primitive == KELLER_NONE) break;
+        *blocked = visit(test, hit.primitive);
+    }
+    nexthit_close(&it);
+    return status == KELLER_OK;
+}
+
 bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const PathLeg *leg, Crossings *crossings, bool *grazes,
                      KellerAccelWork *work)
 {
@@ -138,7 +163,12 @@ bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const P
     if (test.length <= test.floor) return true;
     double margin = leg->strict ? test.floor : greater(test.floor, KELLER_BOUNDARY_ANGLE * test.length);
     uint32_t begin = crossings->count;
-    bool blocked = keller_accel_segment(accel, leg->a, leg->b, margin, visit, &test, work);
+    bool blocked = false;
+    /* where nothing may be passed through, any obstacle will do */
+    if (crossings->most == 0 || !one_by_one(&test, accel, margin, &blocked, work)) {
+        crossings->count = begin;
+        blocked = keller_accel_segment(accel, leg->a, leg->b, margin, visit, &test, work);
+    }
     if (test.grazes) *grazes = true;
     if (!blocked && crossings->count - begin > 1) sort(&test, begin);
     else if (!blocked && crossings->count > begin) crossings->at[begin].at = crossings->at[begin].face;

@@ -28,7 +28,7 @@ void *__wrap_realloc(void *p, size_t bytes)
 void *__wrap_malloc(size_t bytes)
 {
     allocations++;
-    return __real_malloc(bytes);
+    return granted-- > 0 ? __real_malloc(bytes) : NULL;
 }
 
 void *__wrap_calloc(size_t count, size_t bytes)
