@@ -110,6 +110,15 @@ def paper(tables, kind, eccentricity):
     return out
 
 
+def next_hits(results):
+    """The tables of tools/nexthit_table.py, by the names of their marks."""
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "nexthit_table.py")
+    with open(os.path.join(results, "nexthit.csv"), encoding="utf-8") as f:
+        text = subprocess.run([sys.executable, script], stdin=f, capture_output=True, text=True, check=True).stdout
+    tables = [part.strip().split("\n") for part in text.split("\n\n") if part.startswith("|")]
+    return dict(zip(["next hits", "next hits lost", "next hit ratios"], tables))
+
+
 def fill(docs, parts):
     path = os.path.join(docs, "performance.md")
     with open(path, encoding="utf-8") as f:
@@ -219,7 +228,7 @@ def main():
     tables = read(results)
     draw(tables, docs)
     fill(docs, {"targets": targets(tables), "builds": builds(tables), "rays": rays(tables),
-                "table 1": paper(tables, "primary", "0"), "table 2": paper(tables, "random", "random")})
+                "table 1": paper(tables, "primary", "0"), "table 2": paper(tables, "random", "random"), **next_hits(results)})
 
 
 if __name__ == "__main__":

@@ -46,4 +46,12 @@ measure leaf-no $munich --kind primary --query all --structure bvh8 --queries 50
 measure leaf-yes $munich --kind primary --query all --structure bvh8 --leaf-boxes --queries 50000
 measure walk $munich --kind primary --query walk --queries 50000
 
+nexthit=$results/nexthit.csv
+if [ ! -s "$nexthit" ]; then
+    echo "measuring $nexthit" >&2
+    "$build/bench/keller-bench-nexthit" --csv $munich --scene "$scenes/indoor/classroom/scene.xml" --layers 128 --rays 10000 \
+        --peer embree > "$nexthit.part"
+    mv "$nexthit.part" "$nexthit"
+fi
+
 "${PYTHON:-python3}" "$here/performance.py" "$results" "$here/../docs"

@@ -12,7 +12,9 @@
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 #pragma GCC diagnostic ignored "-Wshadow"
 #pragma GCC diagnostic ignored "-Wpedantic"
+#include <math.h>
 #include <simde/x86/avx2.h>
+#include <simde/x86/fma.h>
 #pragma GCC diagnostic pop
 
 /* ---- four doubles ------------------------------------------------------------------------------------------------ */
@@ -46,6 +48,18 @@ static inline d4 d4_xor(d4 a, d4 b) { return simde_mm256_xor_pd(a, b); }
 static inline d4 d4_blend(d4 mask, d4 a, d4 b) { return simde_mm256_blendv_pd(b, a, mask); }
 /* Bit i is set where lane i of the comparison is true. */
 static inline int d4_mask(d4 a) { return simde_mm256_movemask_pd(a); }
+
+/* a b - product, for product = a b rounded: exact unless it over- or underflows. */
+static inline d4 d4_product_error(d4 a, d4 b, d4 product)
+{
+#ifdef SIMDE_X86_FMA_NATIVE
+    return simde_mm256_fmsub_pd(a, b, product);
+#else /* SIMDe's own form may round twice */
+    double x[4], y[4], z[4];
+    d4_store(x, a), d4_store(y, b), d4_store(z, product);
+    return d4_set(fma(x[0], y[0], -z[0]), fma(x[1], y[1], -z[1]), fma(x[2], y[2], -z[2]), fma(x[3], y[3], -z[3]));
+#endif
+}
 
 /* Lanes (i, j, k, l) of a; i to l are constants, 0 to 3. */
 #define d4_permute(a, i, j, k, l) simde_mm256_permute4x64_pd((a), (i) | (j) << 2 | (k) << 4 | (l) << 6)

@@ -4,7 +4,7 @@
  * left where qx py - qy px >= 0. Both products are rounded, monotonically, so that the sign of the difference is never
  * the opposite of the true one: at worst it is 0. For the neighbour the products are the same and their difference is
  * exactly the negative (which a fused multiply-add would spoil: -ffp-contract=off). Where it is 0, the paper turns from
- * floats to doubles; here the rounding errors of the products decide (Dekker 1971), and the signs are exact. With exact
+ * floats to doubles; here the rounding errors of the products decide (d4_product_error), and the signs are exact. With exact
  * signs for one common set of sheared vertices, the projected mesh is a mesh, and covers 0 by triangles that are not
  * flat. */
 #include "keller/ray.h"
@@ -22,15 +22,6 @@ KellerRay keller_ray(KellerVec3 origin, KellerVec3 direction)
     assert(fabs(d[z]) > 0);
     int x = (z + 1) % 3, y = (z + 2) % 3;
     return (KellerRay){{origin.x, origin.y, origin.z}, {d[x] / d[z], d[y] / d[z], d[z]}, {x, y, z}};
-}
-
-/* a b - product, as product_error. */
-static inline d4 product_error4(d4 a, d4 b, d4 product)
-{
-    d4 split = d4_set1(0x1p27), ca = d4_add(d4_mul(split, a), a), cb = d4_add(d4_mul(split, b), b);
-    d4 ah = d4_sub(ca, d4_sub(ca, a)), al = d4_sub(a, ah), bh = d4_sub(cb, d4_sub(cb, b)), bl = d4_sub(b, bh);
-    d4 rest = d4_sub(d4_sub(d4_sub(product, d4_mul(ah, bh)), d4_mul(al, bh)), d4_mul(ah, bl));
-    return d4_sub(d4_mul(al, bl), rest);
 }
 
 /* Are there signs of both kinds? */
@@ -57,7 +48,7 @@ bool keller_ray_triangle(const KellerRay *ray, KellerVec3 a, KellerVec3 b, Kelle
     /* A hit, but for zeros. Slivers need the errors too: else the weights are off by a unit of size^2 / area, and the
      * point they give is off the ray by that part of the size. With them an edge function is never of the opposite sign, to two
      * rounding units, and exactly the negative for the edge in the other direction. */
-    e = d4_add(e, d4_sub(product_error4(qx, py, left), product_error4(qy, px, right)));
+    e = d4_add(e, d4_sub(d4_product_error(qx, py, left), d4_product_error(qy, px, right)));
     if (mixed(e)) return false;
     double z3[4], w[4], shares[4];
     d4_store(w, e);
