@@ -4,6 +4,7 @@ usage: performance.py RESULTS DOCS
 Replaces what stands between `<!-- NAME -->` and `<!-- end -->` in DOCS/performance.md; draws DOCS/performance-*.png with gnuplot."""
 import csv
 import glob
+import math
 import os
 import re
 import subprocess
@@ -75,6 +76,18 @@ def builds(tables):
         out.append("| " + " | ".join([scene, *(short(per[s]["build_ms"]) for s in STRUCTURES), short(peer["build_ms"]),
                                        short(float(per["bvh8"]["build_ms"]) / float(peer["build_ms"])),
                                        *(short(per[s]["bytes_per_triangle"]) for s in STRUCTURES)]) + " |")
+    return out
+
+
+def growth(tables):
+    out = ["| random triangles | bvh, ms | bvh8, ms | Embree, ms | bvh8 / Embree | bvh8: ns a triangle and log₂ *n* |",
+           "| --- | ---: | ---: | ---: | ---: | ---: |"]
+    rows = tables["growth"]
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        n = int(scene.split("-")[1])
+        ms = {s: float(find(rows, scene=scene, structure=s)["build_ms"]) for s in ["bvh", "bvh8", "embree"]}
+        out.append("| " + " | ".join([f"{n:,}", short(ms["bvh"]), short(ms["bvh8"]), short(ms["embree"]), short(ms["bvh8"] / ms["embree"]),
+                                       short(ms["bvh8"] * 1e6 / (n * math.log2(n)))]) + " |")
     return out
 
 
@@ -227,7 +240,7 @@ def main():
     results, docs = sys.argv[1:]
     tables = read(results)
     draw(tables, docs)
-    fill(docs, {"targets": targets(tables), "builds": builds(tables), "rays": rays(tables),
+    fill(docs, {"targets": targets(tables), "builds": builds(tables), "growth": growth(tables), "rays": rays(tables),
                 "table 1": paper(tables, "primary", "0"), "table 2": paper(tables, "random", "random"), **next_hits(results)})
 
 

@@ -34,6 +34,9 @@ for n in 100000 1000000; do
 done
 measure random-1000000 --random 1000000 --peer embree --queries 100000
 
+measure growth --random 10000 --random 100000 --random 1000000 --random 10000000 --structure bvh --structure bvh8 --half-angle -1 \
+    --kind random --query nearest --queries 10000 --peer embree
+
 # the paper's figures, on munich: primary cones
 for cost in 0.125 0.25 0.5 1 2 4 8; do measure cost-$cost $munich --kind primary --cost $cost --query nearest --queries 50000; done
 for order in slabs exact directrix midpoint; do

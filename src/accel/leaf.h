@@ -35,24 +35,21 @@ static inline void edge_of(const KellerAccel *a, uint32_t id, KellerVec3 v[2])
     for (int j = 0; j < 2; j++) v[j] = a->input.vertices[ends[j]];
 }
 
+static inline void corners_in(const KellerVertex8 *corner, int count, int i, KellerVec3 *v)
+{
+    for (int j = 0; j < count; j++) v[j] = v3((double)corner[j].p[0][i], (double)corner[j].p[1][i], (double)corner[j].p[2][i]);
+}
+
 /* The same of lane i of a block: where files hold single precision, as most do, nothing else need be fetched. */
 static inline void triangle_in(const KellerAccel *a, const TriangleBlock *block, int i, KellerVec3 v[3])
 {
-    if (!a->exact_triangles) {
-        triangle_of(a, block->id[i], v);
-        return;
-    }
-    for (int j = 0; j < 3; j++)
-        v[j] = v3((double)block->corner[j].p[0][i], (double)block->corner[j].p[1][i], (double)block->corner[j].p[2][i]);
+    if (a->exact_triangles) corners_in(block->corner, 3, i, v);
+    else triangle_of(a, block->id[i], v);
 }
 static inline void edge_in(const KellerAccel *a, const EdgeBlock *block, int i, KellerVec3 v[2])
 {
-    if (!a->exact_edges) {
-        edge_of(a, block->id[i], v);
-        return;
-    }
-    for (int j = 0; j < 2; j++)
-        v[j] = v3((double)block->corner[j].p[0][i], (double)block->corner[j].p[1][i], (double)block->corner[j].p[2][i]);
+    if (a->exact_edges) corners_in(block->corner, 2, i, v);
+    else edge_of(a, block->id[i], v);
 }
 
 /* Lanes in use. */
