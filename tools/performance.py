@@ -223,7 +223,7 @@ def draw(tables, docs):
     p = Plot(docs, "leaf", 2)
     for value, title in [("us_per_query", "bvh8, all: µs"), ("triangles", "triangles")]:
         p.chart(title, [(name, series(tables["leaf-" + y], "all", value, "bvh8"))
-                        for y, name in [("yes", "leaves' boxes tested"), ("no", "not")]])
+                        for y, name in [("yes", "boxes of leaves tested"), ("no", "not")]])
     p.draw()
     p = Plot(docs, "share", 1)
     lines = []

@@ -251,7 +251,7 @@ static KellerRange intersect(KellerRange a, KellerRange b)
  * saves. */
 static inline bool missed(const Corners *k, const Edges *e, d4 in, KellerRange clip)
 {
-    bool beside = (d4_mask(in) == 0) & separated(k, e);
+    int beside = (d4_mask(in) == 0) & (int)separated(k, e);
     return beside | (k->high < clip.near - k->z_slack) | (k->low > clip.far + k->z_slack);
 }
 
@@ -292,7 +292,7 @@ bool keller_cone_meets_triangle(const KellerCone *cone, KellerVec3 a, KellerVec3
     d4 in = inside(&k);
     rotate(&k);
     Edges e = edges_of(&k);
-    bool out = missed(&k, &e, in, clip);
+    int out = missed(&k, &e, in, clip);
     if (out | ((k.low >= clip.near) & (k.high <= clip.far))) return !out; /* the clip cuts nothing off */
     End near, far;
     ends_of(cone, &k, &e, &near, &far);

@@ -89,7 +89,7 @@ static void oracle_against_samples(void **state)
 {
     (void)state;
     Random r = {77};
-    uint64_t points = 0, count = cases() / 500;
+    uint64_t points = 0, count = 200 + cases() / 500;
     for (uint64_t i = 0; i < count; i++) {
         ConeKind kind = CONE_EDGE + i % 3;
         ConeCase c = cone_case(kind, SEED, i, -1, -1, -1);
