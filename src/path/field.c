@@ -41,6 +41,16 @@ static KellerWedgeWave wave_at(const KellerScene *scene, uint32_t wedge, const K
     return wave;
 }
 
+/* Along a screen from one of its rims to another the azimuth is 0 or 2 pi by rounding: the wave is taken to be on the side of
+ * the face's normal, which both rims and both directions agree on. */
+static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
+{
+    const double beside = 1e-13; /* rad: far below what changes a field, far above rounding */
+    const KellerWedge *w = &scene->wedges[wedge];
+    if (w->n < 2 || path_along_face(w, outwards) < 0) return outwards;
+    return v3_madd(outwards, scene->faces[w->face[0]].normal, beside);
+}
+
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
@@ -61,9 +71,11 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
             for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
         } else {
             KellerWedgeWave wave = wave_at(scene, path->step[i].id, media);
+            KellerVec3 in = path->leg[i], out = path->leg[i + 1];
+            if (edge > 0) in = v3_scale(on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
+            if (edge + 1 < cascade.count) out = on_one_side(scene, path->step[i].id, out);
             for (int j = 0; j < 2; j++)
-                e[j] = keller_diffract_field(&wave, path->leg[i], path->leg[i + 1], cascade.before[edge],
-                                             cascade.behind[edge], k, e[j]);
+                e[j] = keller_diffract_field(&wave, in, out, cascade.before[edge], cascade.behind[edge], k, e[j]);
             edge++;
         }
     }

@@ -147,6 +147,39 @@ static bool find_points(const Sequence *s, KellerVec3 tx, KellerVec3 rx, double 
     return true;
 }
 
+/* A stretch of legs between two edges that begins or ends along a face of one of them. */
+typedef struct {
+    KellerVec3 lift;            /* of one of its legs, to the side of the face on which the wave is; zero: no such stretch */
+    bool both_sides;            /* along a screen: the wave may be on either */
+    bool none;                  /* along one face, but on opposite sides of it: no path */
+} Along;
+
+static Along along_of(const Sequence *s, const KellerPath *path, size_t leg, double rounding)
+{
+    Along a = {.lift = {0, 0, 0}};
+    size_t end[2] = {s->count, s->count};
+    for (size_t e = 0; e + 1 < s->edges; e++)
+        if (leg > s->edge[e] && leg <= s->edge[e + 1]) end[0] = s->edge[e], end[1] = s->edge[e + 1];
+    if (end[0] == s->count) return a;
+    KellerVec3 lift[2], out[2] = {path->leg[end[0] + 1], v3_scale(path->leg[end[1]], -1)};
+    bool known[2], screen[2];
+    for (int k = 0; k < 2; k++) {
+        const KellerWedge *w = &s->scene->wedges[s->steps[end[k]].id];
+        lift[k] = path_lift(w, v3_scale(out[k], path->length), rounding);
+        known[k] = v3_dot(lift[k], lift[k]) > 0;
+        screen[k] = known[k] && w->n == 2;
+        if (screen[k]) lift[k] = v3_scale(s->scene->faces[w->face[0]].normal, v3_norm(lift[k]));
+    }
+    for (size_t i = end[0] + 1; i < leg; i++)
+        lift[0] = v3_mirror_direction(lift[0], s->scene->faces[s->steps[i].id].normal);
+    for (size_t i = end[1]; i-- > leg;) lift[1] = v3_mirror_direction(lift[1], s->scene->faces[s->steps[i].id].normal);
+    int k = known[0] && (!screen[0] || !known[1] || screen[1]) ? 0 : 1; /* a solid's side counts before a screen's */
+    a.lift = known[k] ? lift[k] : a.lift;
+    a.both_sides = screen[k];
+    a.none = known[0] && known[1] && !screen[0] && !screen[1] && v3_dot(lift[0], lift[1]) < 0;
+    return a;
+}
+
 bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
                          const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
                          KellerAccelWork *work)
@@ -159,6 +192,7 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
     /* validity, cheap things first */
     path->weight = 1;
     bool border[KELLER_MAX_BENDS] = {false};
+    KellerVec3 at[KELLER_MAX_BENDS]; /* where a reflection is to be looked up in its face */
     double walked = 0;
     KellerVec3 last = tx;
     for (size_t i = 0; i < count; i++) {
@@ -168,7 +202,13 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
         last = path->position[i];
         if (steps[i].kind == KELLER_DIFFRACTION) continue;
         double h = greater(rounding, KELLER_BOUNDARY_ANGLE * walked * (path->length - walked) / path->length);
-        double weight = path_face_weight(scene, steps[i].id, path->position[i], strict ? -1 : h, &path->triangle[i]);
+        Along along = along_of(&s, path, i, rounding);
+        at[i] = v3_add(path->position[i], along.lift);
+        double weight = path_face_weight(scene, steps[i].id, at[i], strict ? -1 : h, &path->triangle[i]);
+        if (!(weight > 0) && along.both_sides) {
+            at[i] = v3_sub(path->position[i], along.lift);
+            weight = path_face_weight(scene, steps[i].id, at[i], strict ? -1 : h, &path->triangle[i]);
+        }
         if (!(weight > 0)) return false;
         border[i] = weight < 1;
         *boundary = *boundary || border[i];
@@ -180,7 +220,7 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
         }
     for (size_t i = 0; i < count; i++) {
         if (steps[i].kind == KELLER_DIFFRACTION) continue;
-        if (!border[i] && !path_owns(scene, accel, steps[i].id, path->position[i], work)) return false;
+        if (!border[i] && !path_owns(scene, accel, steps[i].id, at[i], work)) return false;
         if (!border[i] || strict) continue;
         /* a station on a border: neither of the faces there can be told to reflect */
         if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
@@ -202,9 +242,16 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
             leg.skip[1] = &scene->faces[steps[i].id].plane;
             leg.skip_count[1] = 1;
         }
-        bool edges = i > 0 && i < count && steps[i - 1].kind == KELLER_DIFFRACTION && steps[i].kind == KELLER_DIFFRACTION;
-        leg.lift = edges ? path_lift(&scene->wedges[steps[i - 1].id], v3_sub(leg.b, leg.a), rounding) : v3(0, 0, 0);
-        if (!path_leg_passes(scene, accel, &leg, crossings, boundary, work)) return false;
+        Along along = along_of(&s, path, i, rounding);
+        uint32_t passed = crossings->count;
+        leg.lift = along.lift;
+        bool passes = !along.none && path_leg_passes(scene, accel, &leg, crossings, boundary, work);
+        if (!passes && along.both_sides) { /* along a screen there is a wave on either side of it */
+            crossings->count = passed;
+            leg.lift = v3_scale(leg.lift, -1);
+            passes = path_leg_passes(scene, accel, &leg, crossings, boundary, work);
+        }
+        if (!passes) return false;
     }
     return true;
 }

@@ -366,10 +366,10 @@ static bool along_face(const KellerScene *scene, uint32_t wedge, uint32_t other,
 }
 
 void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *steps, const Point *point,
-                  uint32_t transmissions, OraclePath *path, Verdict *v)
+                  uint32_t transmissions, OraclePath *path, Verdict *verdict)
 {
     for (uint32_t i = 0; i < count; i++)
-        if (steps[i].kind == KELLER_REFLECTION && !decide_face(scene, steps[i].id, point[i + 1], v)) return;
+        if (steps[i].kind == KELLER_REFLECTION && !decide_face(scene, steps[i].id, point[i + 1], verdict)) return;
     for (uint32_t i = 0; i < count; i++) {
         if (steps[i].kind != KELLER_DIFFRACTION) continue;
         const KellerWedge *w = &scene->wedges[steps[i].id];
@@ -378,7 +378,7 @@ void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *st
             uint32_t k = i + (uint32_t)side;
             bool edge = k < count && steps[k].kind == KELLER_DIFFRACTION;
             if (edge && along_face(scene, steps[i].id, steps[k].id, point[i + 1], point[k + 1], &up)) continue;
-            if (!decide_sector(w, point[i + 1], point[k + 1], v)) return;
+            if (!decide_sector(w, point[i + 1], point[k + 1], verdict)) return;
         }
     }
     path->count = path->bends = count;
@@ -402,19 +402,29 @@ void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *st
                 planes[plane_count++] = scene->wedge_planes[p];
             }
         }
-        Point a = point[i], b = point[i + 1], up;
-        if (i > 0 && i < count && steps[i - 1].kind == KELLER_DIFFRACTION && steps[i].kind == KELLER_DIFFRACTION &&
-            along_face(scene, steps[i - 1].id, steps[i].id, a, b, &up)) { /* just above it: what stands on it blocks */
-            a = plus(a, up, 10 * ORACLE_TOLERANCE);
-            b = plus(b, up, 10 * ORACLE_TOLERANCE);
+        Point a = point[i], b = point[i + 1], up[2];
+        if (i > 0 && i < count && steps[i - 1].kind == KELLER_DIFFRACTION && steps[i].kind == KELLER_DIFFRACTION) {
+            uint32_t v = steps[i - 1].id, w = steps[i].id;
+            bool along[2] = {along_face(scene, v, w, a, b, &up[0]), along_face(scene, w, v, b, a, &up[1])};
+            bool screen[2] = {scene->wedges[v].n >= 2, scene->wedges[w].n >= 2};
+            if (along[0] && along[1] && !screen[0] && !screen[1] && dot(up[0], up[1]) < 0) {
+                oracle_decide(verdict, false, INFINITY); /* on opposite sides of the face */
+                return;
+            }
+            /* just above the face: what stands on it blocks; of a screen either side may be free, which is left open */
+            int k = along[0] && !screen[0] ? 0 : 1;
+            if ((along[0] || along[1]) && along[k] && !screen[k]) {
+                a = plus(a, up[k], 10 * ORACLE_TOLERANCE);
+                b = plus(b, up[k], 10 * ORACLE_TOLERANCE);
+            }
         }
-        bool go_on = transmissions ? decide_through(scene, i, a, b, plane_count, planes, &slabs, v)
-                                   : decide_free(scene, a, b, plane_count, planes, v);
+        bool go_on = transmissions ? decide_through(scene, i, a, b, plane_count, planes, &slabs, verdict)
+                                   : decide_free(scene, a, b, plane_count, planes, verdict);
         if (!go_on) return;
         length += apart(point[i], point[i + 1]);
     }
     path->length = (double)length;
-    if (transmissions) decide_slabs(&slabs, transmissions, path, v);
+    if (transmissions) decide_slabs(&slabs, transmissions, path, verdict);
 }
 
 Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint32_t transmissions, OraclePath *path)
