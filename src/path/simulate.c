@@ -252,7 +252,7 @@ static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_s
 static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVec3 *points, TreeWork *work,
                                    KellerAccel **accel, KellerError *error)
 {
-    uint8_t uses[4] = {0};
+    uint8_t uses[8] = {0};
     TreePlan plan = {1, uses};
     plan.of[pattern_and(PATTERN_EMPTY, true)] = PLAN_WANT;
     plan_uses(&plan);
@@ -318,7 +318,7 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
     if (status != KELLER_OK) return status;
     if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
-        return keller_error_memory(error, (size_t)2 << s->join.bends);
+        return keller_error_memory(error, (size_t)4 << s->join.bends);
     plan_ends(c->reflections, c->diffractions, grids, &s->plan[0], &s->plan[1]);
     forward.plan = &s->plan[0];
     s->backward.plan = &s->plan[1];

@@ -463,7 +463,7 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
 
 bool plan_init(TreePlan *plan, uint32_t bends)
 {
-    *plan = (TreePlan){bends, calloc((size_t)2 << bends, 1)};
+    *plan = (TreePlan){bends, calloc((size_t)4 << bends, 1)};
     return plan->of != NULL;
 }
 

@@ -11,7 +11,7 @@ enum { SOURCES = 4 };           /* corners of the end: one for a point, up to fo
  * behind a wedge is wanted. */
 typedef struct {
     uint32_t bends;             /* patterns of at most so many steps, <= KELLER_MAX_BENDS */
-    uint8_t *of;                /* [2 << bends] */
+    uint8_t *of;                /* [4 << bends]: what follows the longest can be asked for too, and is of no use */
 } TreePlan;
 
 typedef struct {
