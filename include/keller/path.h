@@ -44,8 +44,8 @@ typedef struct {
 
 /* false ends the solution. */
 typedef bool (*KellerPathFound)(void *context, const KellerPath *path);
-/* Solves one candidate sequence of `count` <= KELLER_MAX_BENDS reflections and at most one diffraction exactly between two
- * points and tests its validity in the scene: mirror images for faces, the shortest path for the wedge, each point inside
+/* Solves one candidate sequence of `count` <= KELLER_MAX_BENDS reflections and diffractions exactly between two
+ * points and tests its validity in the scene: mirror images for faces, the shortest path for the wedges, each point inside
  * its face or edge, each leg free but for at most `transmissions` slabs on all legs together (count + transmissions <=
  * KELLER_MAX_INTERACTIONS), which become steps of their own. Calls found(context, path) for each path: one at most, but on a
  * boundary of the path, such as the edge of a wall that it may pass through or go by, one for each set of slabs that

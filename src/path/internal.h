@@ -29,6 +29,22 @@ static inline double path_rounding(const KellerScene *scene, KellerVec3 p)
  * as in it. */
 bool path_in_sector(const KellerWedge *wedge, KellerVec3 v, double slack);
 
+/* The face of the wedge's sector along which v runs, from the edge outwards: 0, 1, or -1 if along neither. */
+int path_along_face(const KellerWedge *wedge, KellerVec3 v);
+
+/* Bounds of what the points of the segment from a to b have along the wedge's line, z (m from its origin), and away from it,
+ * near .. far (m). The segment may be a point. */
+void path_line_distances(const KellerWedge *wedge, KellerVec3 a, KellerVec3 b, double *z_low, double *z_high, double *near,
+                         double *far);
+
+/* Bounds of z/rho for z in [z_low, z_high] and rho in [near, far], 0 <= near <= far: infinite where rho may be 0. With z from one
+ * point to another along an edge and rho between them across it, that is the cotangent of the angle to the edge. */
+static inline void path_cotangents(double z_low, double z_high, double near, double far, double *low, double *high)
+{
+    *low = z_low < 0 ? (near > 0 ? z_low / near : -INFINITY) : z_low > 0 ? z_low / far : 0;
+    *high = z_high > 0 ? (near > 0 ? z_high / near : INFINITY) : z_high < 0 ? z_high / far : 0;
+}
+
 /* True if the wedge's edge lies in a plane of that id. */
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);
 
@@ -60,6 +76,8 @@ typedef struct {
     const uint32_t *skip[2];
     size_t skip_count[2];
     bool strict;
+    KellerVec3 lift;            /* m: obstacles are met as if the leg were shifted by so much. A leg along a face, between two of
+                                   its edges, lies just above it: what stands on the face is in the way, what is below is not */
 } PathLeg;
 
 /* Appends every slab that the leg passes through, in order along it: a face once, where the leg crosses one of its inner

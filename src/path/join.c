@@ -4,23 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = KELLER_MAX_BENDS };
+#include "path/arrival.h"
 
-void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t bends, bool grids, TreeLimits *forward,
-               TreeLimits *backward)
-{
-    memset(forward->want, 0, sizeof forward->want);
-    memset(backward->want, 0, sizeof backward->want);
-    uint32_t half = (bends + 1) / 2;
-    for (uint32_t k = 1; k <= bends; k++)
-        for (uint32_t w = 0; w <= k; w++) { /* place of the wedge, counted from the receiver */
-            if (k - (w > 0) > reflections || (w > 0) > diffractions) continue;
-            uint32_t m = k < half ? k : half; /* the common step, counted from the receiver */
-            if (w > 0 && (w <= half || !grids)) m = w;
-            backward->want[m][w == m ? m : 0] = true;
-            forward->want[k + 1 - m][w > 0 ? k + 1 - w : 0] = true;
-        }
-}
+enum { MOST = KELLER_MAX_BENDS };
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error)
@@ -28,56 +14,69 @@ KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, c
     memset(ends, 0, sizeof *ends);
     ends->limits = *limits;
     KellerStatus status = tree_search(limits, count, end, threads, &ends->trie, work, error);
-    for (uint32_t l = 1; l <= MOST && status == KELLER_OK; l++)
-        for (uint32_t w = 0; w <= l && status == KELLER_OK; w++)
-            if (limits->want[l][w] && !trie_list(&ends->trie, l, w, &ends->lists[l][w]))
-                status = keller_error(error, KELLER_FAILED, TRIE_FULL);
-    if (status != KELLER_OK) ends_free(ends);
-    return status;
+    if (status != KELLER_OK) return status;
+    const Trie *trie = &ends->trie;
+    bool ok = trie_list(trie, limits->plan->of, &ends->list);
+    ends->arrival = ok ? malloc((ends->list.count + 1) * sizeof *ends->arrival) : NULL;
+    if (!ends->arrival) {
+        ends_free(ends);
+        return keller_error(error, KELLER_FAILED, TRIE_FULL);
+    }
+    for (uint32_t i = 0; i < ends->list.count; i++)
+        if (code_is_wedge(trie->nodes[ends->list.nodes[i]].code))
+            ends->arrival[i] = arrival_of(limits->scene, trie, ends->list.nodes[i], count, end);
+    return KELLER_OK;
 }
 
 void ends_free(Ends *ends)
 {
-    for (uint32_t l = 0; l <= MOST; l++)
-        for (uint32_t w = 0; w <= MOST; w++) free(ends->lists[l][w].nodes);
+    free(ends->list.nodes);
+    free(ends->arrival);
     trie_free(&ends->trie);
     memset(ends, 0, sizeof *ends);
 }
 
-/* Sequences of one end with one length and place of the wedge. */
+/* Sequences of one end with one pattern: a run of its list. */
 typedef struct {
-    const Trie *trie;
-    const TrieList *list;
-    uint32_t length;
+    const Ends *ends;
+    uint32_t length, begin, end;
 } Side;
 
-static StepCode last_code(const Side *s, uint32_t i) { return s->trie->nodes[s->list->nodes[i]].code; }
+static Side side_of(const Ends *ends, Pattern pattern)
+{
+    Side s = {.ends = ends, .length = pattern_length(pattern)};
+    s.end = trie_run(&ends->trie, &ends->list, pattern, &s.begin);
+    return s;
+}
+
+static StepCode last_code(const Side *s, uint32_t i) { return s->ends->trie.nodes[s->ends->list.nodes[i]].code; }
 
 /* The end of the run of equal last steps that begins at i. */
 static uint32_t run_end(const Side *s, uint32_t i)
 {
     StepCode code = last_code(s, i);
-    while (i < s->list->count && last_code(s, i) == code) i++;
+    while (i < s->end && last_code(s, i) == code) i++;
     return i;
 }
 
-/* One common step: forward sequences [f0, f1), backward sequences [b0, b1). */
+/* Forward sequences [f0, f1) that end in one step, and backward sequences [b0, b1): with the same last step, or, meeting on a
+ * leg, all. */
 typedef struct {
     uint32_t f0, f1, b0, b1;
-} Meeting;
+} Group;
 
-static size_t count_pairs(const Side *f, const Side *b, Meeting *meetings, size_t *meeting_count)
+static size_t count_pairs(const Side *f, const Side *b, Group *groups, size_t *group_count)
 {
     size_t pairs = 0;
-    uint32_t i = 0, j = 0;
-    *meeting_count = 0;
-    while (i < f->list->count && j < b->list->count) {
+    uint32_t i = f->begin, j = b->begin;
+    *group_count = 0;
+    while (i < f->end && j < b->end) {
         StepCode x = last_code(f, i), y = last_code(b, j);
         uint32_t fe = run_end(f, i), be = run_end(b, j);
         if (x == y) {
             pairs += (size_t)(fe - i) * (be - j);
-            if (meetings) meetings[*meeting_count] = (Meeting){i, fe, j, be};
-            ++*meeting_count;
+            if (groups) groups[*group_count] = (Group){i, fe, j, be};
+            ++*group_count;
         }
         if (x <= y) i = fe;
         if (y <= x) j = be;
@@ -85,9 +84,20 @@ static size_t count_pairs(const Side *f, const Side *b, Meeting *meetings, size_
     return pairs;
 }
 
+static void count_on_leg(const Side *f, const Side *b, Group *groups, size_t *group_count)
+{
+    *group_count = 0;
+    for (uint32_t i = f->begin, end; i < f->end; i = end) {
+        end = run_end(f, i);
+        if (groups) groups[*group_count] = (Group){i, end, b->begin, b->end};
+        ++*group_count;
+    }
+}
+
 typedef struct {
     const JoinLimits *limits;
     Side forward, backward;
+    bool on_leg;
     KellerVec3 tx;
     uint32_t receivers;
     const KellerVec3 *rx;
@@ -110,32 +120,55 @@ static bool solve_sequence(const JoinLimits *l, KellerVec3 tx, KellerVec3 rx, ui
                              keep, list, &work->accel);
 }
 
-/* All pairs of one forward sequence with the backward sequences of its meeting. */
-static bool solve_row(const Job *job, uint32_t forward_index, const Meeting *m, PathList *lists, JoinWork *work)
+/* Do both ends light a common part of the edge at which they meet? */
+static bool meet_at_edge(const Arrival *a, const Arrival *b) { return a->lit[0] <= b->lit[1] && b->lit[0] <= a->lit[1]; }
+
+static uint32_t steps_of(const Side *s, uint32_t index, StepCode *codes)
 {
-    const JoinLimits *l = job->limits;
+    return trie_steps(&s->ends->trie, s->ends->list.nodes[index], codes);
+}
+
+/* One forward with one backward sequence. */
+static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, PathList *lists, JoinWork *work)
+{
     StepCode codes[MOST], tail[MOST];
-    KellerStep steps[MOST];
-    uint32_t a = job->forward.length, b = job->backward.length, k = a + b - 1;
-    trie_steps(job->forward.trie, job->forward.list->nodes[forward_index], codes);
+    KellerStep steps[2 * MOST];
+    uint32_t a = steps_of(&job->forward, forward, codes), b = steps_of(&job->backward, backward, tail);
+    if (!job->on_leg) b--; /* the common step */
     for (uint32_t i = 0; i < a; i++) step_of(codes[i], &steps[i]);
-    for (uint32_t j = m->b0; j < m->b1; j++) {
-        trie_steps(job->backward.trie, job->backward.list->nodes[j], tail);
-        for (uint32_t i = 0; i + 1 < b; i++) step_of(tail[b - 2 - i], &steps[a + i]);
-        for (uint32_t r = 0; r < job->receivers; r++)
-            if (!solve_sequence(l, job->tx, job->rx[r], k, steps, &lists[r], work)) return false;
+    for (uint32_t i = 0; i < b; i++) step_of(tail[b - 1 - i], &steps[a + i]);
+    for (uint32_t r = 0; r < job->receivers; r++)
+        if (!solve_sequence(job->limits, job->tx, job->rx[r], a + b, steps, &lists[r], work)) return false;
+    return true;
+}
+
+/* All pairs of one group whose lit parts and angles agree. */
+static bool solve_group(const Job *job, const Group *g, PathList *lists, JoinWork *work)
+{
+    const Side *f = &job->forward, *b = &job->backward;
+    StepCode first = last_code(f, g->f0);
+    const Arrival *there = f->ends->arrival, *back = b->ends->arrival;
+    for (uint32_t j = g->b0, end; j < g->b1; j = end) { /* runs of one last step: only one unless they meet on a leg */
+        EdgePair pair;
+        end = job->on_leg ? run_end(b, j) : g->b1;
+        if (job->on_leg && !edge_pair(job->limits->scene, code_id(first), code_id(last_code(b, j)), &pair)) continue;
+        for (uint32_t i = g->f0; i < g->f1; i++)
+            for (uint32_t k = j; k < end; k++) {
+                if (job->on_leg ? !edges_agree(&pair, &there[i], &back[k])
+                                : code_is_wedge(first) && !meet_at_edge(&there[i], &back[k]))
+                    continue;
+                if (!solve_pair(job, i, k, lists, work)) return false;
+            }
     }
     return true;
 }
 
-static bool solve_meetings(const Job *job, const Meeting *meetings, size_t count, PathList *lists, JoinWork *work)
+static bool solve_groups(const Job *job, const Group *groups, size_t count, PathList *lists, JoinWork *work)
 {
     uint32_t threads = job->limits->threads;
     bool ok = true;
     if (threads <= 1) {
-        for (size_t m = 0; m < count && ok; m++)
-            for (uint32_t i = meetings[m].f0; i < meetings[m].f1 && ok; i++)
-                ok = solve_row(job, i, &meetings[m], lists, work);
+        for (size_t m = 0; m < count && ok; m++) ok = solve_group(job, &groups[m], lists, work);
         return ok;
     }
 #pragma omp parallel num_threads((int)threads)
@@ -143,10 +176,17 @@ static bool solve_meetings(const Job *job, const Meeting *meetings, size_t count
         PathList *own = calloc(job->receivers, sizeof *own);
         JoinWork own_work = {0};
         bool own_ok = own != NULL;
-        for (size_t m = 0; m < count; m++) {
+        for (size_t m = 0; m < count && !job->on_leg; m++) { /* few groups: their rows are shared */
 #pragma omp for schedule(dynamic, 16) nowait
-            for (uint32_t i = meetings[m].f0; i < meetings[m].f1; i++)
-                if (own_ok) own_ok = solve_row(job, i, &meetings[m], own, &own_work);
+            for (uint32_t i = groups[m].f0; i < groups[m].f1; i++) {
+                Group row = {i, i + 1, groups[m].b0, groups[m].b1};
+                if (own_ok) own_ok = solve_group(job, &row, own, &own_work);
+            }
+        }
+        if (job->on_leg) {
+#pragma omp for schedule(dynamic, 1) nowait
+            for (size_t m = 0; m < count; m++)
+                if (own_ok) own_ok = solve_group(job, &groups[m], own, &own_work);
         }
 #pragma omp critical(keller_join)
         {
@@ -162,38 +202,52 @@ static bool solve_meetings(const Job *job, const Meeting *meetings, size_t count
     return ok;
 }
 
+/* Where the ends meet for a pattern: as planned, or, of the common steps that both ends happen to have reached, that with fewest
+ * pairs. */
+static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, Pattern pattern, size_t *group_count)
+{
+    uint32_t k = pattern_length(pattern);
+    Meeting planned = plan_meeting(pattern, job->limits->bends, job->limits->grids);
+    job->on_leg = meets_on_leg(planned, pattern);
+    if (job->on_leg) {
+        job->forward = side_of(forward, pattern_first(pattern, planned.forward));
+        job->backward = side_of(backward, pattern_last(pattern, planned.backward));
+        count_on_leg(&job->forward, &job->backward, NULL, group_count);
+        return;
+    }
+    size_t fewest = SIZE_MAX;
+    for (uint32_t a = 1; a <= k; a++) {
+        Pattern first = pattern_first(pattern, a), last = pattern_last(pattern, k + 1 - a);
+        if (!(forward->limits.plan->of[first] & PLAN_WANT) || !(backward->limits.plan->of[last] & PLAN_WANT)) continue;
+        Side f = side_of(forward, first), b = side_of(backward, last);
+        size_t groups_here, pairs = count_pairs(&f, &b, NULL, &groups_here);
+        if (pairs >= fewest) continue;
+        fewest = pairs;
+        *group_count = groups_here;
+        job->forward = f;
+        job->backward = b;
+    }
+    assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
+}
+
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
                        const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error)
 {
     bool ok = true;
     for (uint32_t r = 0; r < count && ok; r++) /* line of sight */
         ok = solve_sequence(limits, tx, rx[r], 0, NULL, &lists[r], work);
-    for (uint32_t k = 1; k <= limits->bends && ok; k++)
-        for (uint32_t w = 0; w <= k && ok; w++) { /* place of the wedge, 0: none */
-            if (k - (w > 0) > limits->reflections || (w > 0) > limits->diffractions) continue;
-            Job best = {.limits = limits, .tx = tx, .receivers = count, .rx = rx};
-            size_t fewest = SIZE_MAX, meeting_count = 0;
-            for (uint32_t a = 1; a <= k; a++) { /* of the common steps that both ends reached, the one with fewest pairs */
-                uint32_t b = k + 1 - a, wf = w <= a ? w : 0, wb = w >= a ? k + 1 - w : 0;
-                if (!forward->limits.want[a][wf] || !backward->limits.want[b][wb]) continue;
-                Side f = {&forward->trie, &forward->lists[a][wf], a}, g = {&backward->trie, &backward->lists[b][wb], b};
-                size_t meetings_here, pairs = count_pairs(&f, &g, NULL, &meetings_here);
-                if (pairs >= fewest) continue;
-                fewest = pairs;
-                meeting_count = meetings_here;
-                best.forward = f;
-                best.backward = g;
-            }
-            assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
-            if (meeting_count == 0) continue;
-            Meeting *meetings = malloc(meeting_count * sizeof *meetings);
-            if (!meetings) {
-                ok = false;
-                break;
-            }
-            count_pairs(&best.forward, &best.backward, meetings, &meeting_count);
-            ok = solve_meetings(&best, meetings, meeting_count, lists, work);
-            free(meetings);
-        }
+    for (Pattern p = 2; p < 2u << limits->bends && ok; p++) {
+        if (!plan_asks(limits->reflections, limits->diffractions, p)) continue;
+        Job job = {.limits = limits, .tx = tx, .receivers = count, .rx = rx};
+        size_t group_count = 0;
+        choose_meeting(&job, forward, backward, p, &group_count);
+        if (group_count == 0) continue;
+        Group *groups = malloc(group_count * sizeof *groups);
+        ok = groups != NULL;
+        if (ok && job.on_leg) count_on_leg(&job.forward, &job.backward, groups, &group_count);
+        else if (ok) count_pairs(&job.forward, &job.backward, groups, &group_count);
+        ok = ok && solve_groups(&job, groups, group_count, lists, work);
+        free(groups);
+    }
     return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
 }

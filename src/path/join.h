@@ -1,13 +1,21 @@
 /* Candidates from both ends: a sequence s1 ... sk is in the transmitter's tree as s1 ... sm and in the receiver's as
- * sk ... sm for any m; the trees are joined at the common step sm. */
+ * sk ... sm for any m; the trees are joined at the common step sm, or, where s1 ... sm and sk ... sm+1 both end in a wedge, on
+ * the leg between the two. */
 #ifndef KELLER_PATH_JOIN_H
 #define KELLER_PATH_JOIN_H
-#include "path/tree.h"
+#include "path/plan.h"
+
+/* How a wave from the end of a search arrives at the last wedge of a sequence, conservatively. */
+typedef struct {
+    float cot[2];               /* cotangent of the angle to the edge, travelling along its direction */
+    float lit[2];               /* part of the edge, m from its start */
+} Arrival;
 
 typedef struct {
     TreeLimits limits;
     Trie trie;
-    TrieList lists[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1]; /* [length][place of the wedge], as wanted */
+    TrieList list;              /* as wanted */
+    Arrival *arrival;           /* [list.count] where the last step is a wedge */
 } Ends;
 
 typedef struct {
@@ -15,6 +23,7 @@ typedef struct {
     const KellerAccel *accel;
     uint32_t reflections, diffractions, transmissions, interactions;   /* interactions: of all kinds together */
     uint32_t bends;             /* reflections and diffractions together */
+    bool grids;                 /* as the ends were planned */
     uint32_t threads;           /* for one join */
 } JoinLimits;
 
@@ -27,12 +36,6 @@ typedef struct {
  * KELLER_FAILED: memory. */
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
                        const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error);
-
-/* Who searches what, so that for every kind of path the two ends meet. For points they meet at the wedge, so that neither
- * has to fan out from one, or in the middle of reflections. For grids the receivers' side goes at most half the way and the
- * transmitter's, whose tree serves all patches, does the rest and fans out from wedges. */
-void plan_ends(uint32_t reflections, uint32_t diffractions, uint32_t bends, bool grids, TreeLimits *forward,
-               TreeLimits *backward);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error);

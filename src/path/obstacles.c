@@ -10,7 +10,7 @@
 typedef struct {
     const KellerScene *scene;
     const PathLeg *leg;
-    KellerVec3 d;               /* the segment is leg->a + t d, t in [0, 1] */
+    KellerVec3 a, d;            /* the segment is a + t d, t in [0, 1] */
     double length;
     double floor;               /* m: rounding of coordinates */
     bool grazes;
@@ -51,7 +51,7 @@ static bool visit(void *context, uint32_t id)
     if (skipped(leg, test->scene->faces[test->scene->triangle_face[id]].plane)) return false;
     const uint32_t *t = test->scene->triangles[id];
     const KellerVec3 *vertices = test->scene->vertices;
-    KellerVec3 v[3] = {v3_sub(vertices[t[0]], leg->a), v3_sub(vertices[t[1]], leg->a), v3_sub(vertices[t[2]], leg->a)};
+    KellerVec3 v[3] = {v3_sub(vertices[t[0]], test->a), v3_sub(vertices[t[1]], test->a), v3_sub(vertices[t[2]], test->a)};
     KellerVec3 n = v3_cross(v3_sub(v[1], v[0]), v3_sub(v[2], v[0]));
     double along = v3_dot(n, test->d);
     if (!(fabs(along) > 1e-14 * v3_norm(n) * test->length)) return false; /* edge-on: nothing in the way */
@@ -135,7 +135,7 @@ static void sort(const Test *test, uint32_t begin)
 static bool one_by_one(Test *test, const KellerAccel *accel, double margin, bool *blocked, KellerAccelWork *work)
 {
     const KellerVec3 along = v3_scale(test->d, 1 / test->length);
-    KellerCone cylinder = keller_cone_round(v3_madd(test->leg->a, along, -margin), along, 0);
+    KellerCone cylinder = keller_cone_round(v3_madd(test->a, along, -margin), along, 0);
     KellerNexthitOptions options = {.work = work};
     KellerNexthit it;
     KellerConeHit hit;
@@ -157,7 +157,7 @@ static bool one_by_one(Test *test, const KellerAccel *accel, double margin, bool
 bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const PathLeg *leg, Crossings *crossings, bool *grazes,
                      KellerAccelWork *work)
 {
-    Test test = {.scene = scene, .leg = leg, .d = v3_sub(leg->b, leg->a), .crossings = crossings};
+    Test test = {.scene = scene, .leg = leg, .a = v3_add(leg->a, leg->lift), .d = v3_sub(leg->b, leg->a), .crossings = crossings};
     test.length = v3_norm(test.d);
     test.floor = greater(path_rounding(scene, leg->a), path_rounding(scene, leg->b));
     if (test.length <= test.floor) return true;
@@ -167,7 +167,7 @@ bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const P
     /* where nothing may be passed through, any obstacle will do */
     if (crossings->most == 0 || !one_by_one(&test, accel, margin, &blocked, work)) {
         crossings->count = begin;
-        blocked = keller_accel_segment(accel, leg->a, leg->b, margin, visit, &test, work);
+        blocked = keller_accel_segment(accel, test.a, v3_add(leg->b, leg->lift), margin, visit, &test, work);
     }
     if (test.grazes) *grazes = true;
     if (!blocked && crossings->count - begin > 1) sort(&test, begin);

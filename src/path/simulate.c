@@ -31,6 +31,7 @@ typedef struct {
     uint32_t tx;
     Ends forward;
     TreeLimits backward;
+    TreePlan plan[2];           /* of the transmitter's and of the receivers' side */
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
@@ -48,10 +49,6 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
 {
     const char *file = config->file;
     int line = config->paths_line;
-    if (config->diffractions > 1)
-        return keller_error(error, KELLER_BAD_INPUT,
-                            "%s:%d: diffractions=\"%u\" is more than this version computes; expected 0 or 1", file, line,
-                            config->diffractions);
     if (config->interactions > KELLER_MAX_INTERACTIONS)
         return keller_error(error, KELLER_BAD_INPUT, "%s:%d: interactions=\"%u\" is too many; expected at most %d", file,
                             line, config->interactions, KELLER_MAX_INTERACTIONS);
@@ -255,10 +252,13 @@ static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_s
 static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVec3 *points, TreeWork *work,
                                    KellerAccel **accel, KellerError *error)
 {
-    TreeLimits limits = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(s->config->cone),
+    uint8_t uses[8] = {0};
+    TreePlan plan = {1, uses};
+    plan.of[pattern_and(PATTERN_EMPTY, true)] = PLAN_WANT;
+    plan_uses(&plan);
+    TreeLimits limits = {.scene = s->scene, .accel = s->accel, .plan = &plan, .tan_aperture = tan(s->config->cone),
                          .split_over = s->config->split_over, .transmissions = s->join.transmissions,
                          .interactions = s->join.interactions};
-    limits.want[1][1] = true;
     uint8_t *seen = calloc(s->scene->wedge_count + 1, sizeof *seen);
     uint32_t *wedges = malloc((s->scene->wedge_count + 1) * sizeof *wedges), n = 0;
     KellerStatus status = seen && wedges ? KELLER_OK : keller_error_memory(error, s->scene->wedge_count * sizeof *wedges);
@@ -299,6 +299,7 @@ static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *err
 static void forget_forward(Simulation *s)
 {
     ends_free(&s->forward);
+    for (int i = 0; i < 2; i++) plan_free(&s->plan[i]);
     keller_accel_free(s->seen_by_tx);
     keller_accel_free(s->seen_by_rx);
     s->seen_by_tx = s->seen_by_rx = NULL;
@@ -316,7 +317,12 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     s->backward = forward;
     KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
     if (status != KELLER_OK) return status;
-    plan_ends(c->reflections, c->diffractions, s->join.bends, grids, &forward, &s->backward);
+    if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
+        return keller_error_memory(error, (size_t)4 << s->join.bends);
+    plan_ends(c->reflections, c->diffractions, grids, &s->plan[0], &s->plan[1]);
+    forward.plan = &s->plan[0];
+    s->backward.plan = &s->plan[1];
+    s->join.grids = grids;
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
     status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);

@@ -39,16 +39,8 @@ typedef struct {
     double bounds[2][2];        /* slopes of the part that was hit */
 } HitFace;
 
-/* What is still of use after `length` steps with the wedge at place w (0: none so far). */
-typedef struct {
-    bool face;                  /* another face */
-    bool wedge;                 /* a wedge */
-    bool beyond;                /* any step after the next one */
-} Use;
-
 typedef struct {
     const TreeLimits *limits;
-    Use use[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1];
     Trie trie;
     TreeWork work;
     bool failed;
@@ -232,6 +224,10 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     const KellerWedge *w = &scene->wedges[id];
     if (q->too_much) return -INFINITY;
     if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
+    if (q->beam->wedge != KELLER_NONE) { /* the edge it fans out from, in whatever sector */
+        const uint32_t *other = scene->wedges[q->beam->wedge].vertex;
+        if (w->vertex[0] == other[0] && w->vertex[1] == other[1]) return q->far;
+    }
     KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
     (void)range;
     if (behind_mirror(q, scene, 2, ends)) return q->far;
@@ -264,32 +260,46 @@ static void reflect(Search *s, const Query *q, const HitFace *hit, uint32_t node
     process(s, &b);
 }
 
-/* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is known from the source, an image
- * of the end, at both ends of the piece of edge inside the cone. The fan is covered by cells in phi, and by pieces of the edge
- * so short that beta varies little along each. Only a point fans out: patches meet the other end before (join.c). */
-static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
+/* The part of a wedge's edge inside the cone, m from its start. */
+typedef struct {
+    double from, to;
+    double near;                /* of the cone's z */
+} Piece;
+
+static bool piece_inside(const Query *q, uint32_t wedge, Piece *piece)
 {
-    const KellerWedge *w = &s->limits->scene->wedges[wedge];
-    assert(q->beam->source_count == 1);
-    KellerVec3 from_point, to_point, source = v3_sub(q->beam->source[0], w->origin);
+    const KellerWedge *w = &q->search->limits->scene->wedges[wedge];
+    KellerVec3 from_point, to_point;
     KellerRange clip = {q->start_near, q->far};
     KellerRange met = keller_cone_edge(&q->cone, w->origin, v3_madd(w->origin, w->direction, w->length), clip, &from_point,
                                        &to_point);
-    if (met.near > met.far) return;
-    double z = v3_dot(source, w->direction), rho = v3_norm(v3_madd(source, w->direction, -z));
-    if (!(rho > path_rounding(s->limits->scene, w->origin))) return; /* on the edge's own line: it does not diffract for it */
-    double from = v3_dot(v3_sub(from_point, w->origin), w->direction), to = v3_dot(v3_sub(to_point, w->origin), w->direction);
-    if (from > to) {
-        double swap = from;
-        from = to;
-        to = swap;
-    }
+    if (met.near > met.far) return false;
+    double a = v3_dot(v3_sub(from_point, w->origin), w->direction), b = v3_dot(v3_sub(to_point, w->origin), w->direction);
+    *piece = (Piece){lesser(a, b), greater(a, b), met.near};
+    return true;
+}
+
+/* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is bounded by where the source lies, an
+ * image of the end or of a piece of edge that the beam fans out from, and by the piece of this edge inside the cone. The fan is
+ * covered by cells in phi, and by pieces of the edge so short that beta varies little along each. Patches do not fan out:
+ * they meet the other end before (plan.c). */
+static void fan_out(Search *s, const Query *q, uint32_t wedge, const Piece *piece, uint32_t node)
+{
+    const KellerWedge *w = &s->limits->scene->wedges[wedge];
+    assert(q->beam->source_count <= 2);
+    const KellerVec3 *source = q->beam->source;
+    double near, far, z_low, z_high;
+    path_line_distances(w, source[0], source[q->beam->source_count - 1], &z_low, &z_high, &near, &far);
+    double rounding = path_rounding(s->limits->scene, w->origin);
+    if (!(far > rounding)) return; /* on the edge's own line: it does not diffract for it */
+    double from = piece->from, to = piece->to, z = 0.5 * (z_low + z_high), rho = greater(rounding, 0.5 * (near + far));
     int pieces = (int)ceil(fabs(atan2(rho, from - z) - atan2(rho, to - z)) / (0.5 * FAN_CELL));
     pieces = pieces < 1 ? 1 : pieces > 16 ? 16 : pieces;
     int cells = (int)ceil(w->n * M_PI / FAN_CELL);
     for (int p = 0; p < pieces; p++) {
         double za = from + (to - from) * p / pieces, zb = from + (to - from) * (p + 1) / pieces;
-        double low = (za - z) / rho, high = (zb - z) / rho;               /* cot beta */
+        double low, high;
+        path_cotangents(za - z_high, zb - z_low, near, far, &low, &high);
         double beta[2] = {atan2(1, high), atan2(1, low)};                 /* 0 .. pi */
         int slices = (int)ceil((beta[1] - beta[0]) / FAN_CELL);
         if (slices < 1) slices = 1;
@@ -300,7 +310,7 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, uint32_t node)
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
             Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge,
-                      .passed = q->beam->passed + slabs_before(&q->slabs, met.near)};
+                      .passed = q->beam->passed + slabs_before(&q->slabs, piece->near)};
             b.source[0] = v3_madd(w->origin, w->direction, za);
             b.source[1] = v3_madd(w->origin, w->direction, zb);
             b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
@@ -387,37 +397,45 @@ static void process(Search *s, const Beam *beam)
         s->query = 1;
     }
     const TrieNode at = s->trie.nodes[beam->node];
-    const Use use = s->use[at.length][at.wedge_at];
-    uint32_t together = l->interactions - (at.length + 1u); /* the next step is none of them */
+    const uint8_t use = l->plan->of[at.pattern];
+    const uint32_t length = pattern_length(at.pattern);
+    uint32_t together = l->interactions - (length + 1); /* the next step is none of them */
     q.slabs.most = l->transmissions < together ? l->transmissions : together;
     if (beam->passed > q.slabs.most) return;
     q.slabs.most -= beam->passed;
-    bool few = scene->face_count + scene->wedge_count < FEW, first = at.length == 0 && beam->source_count == 1;
-    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use.beyond ? MUCH : MUCH_LAST;
+    bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0 && beam->source_count == 1;
+    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */
     double least = 2 * l->tan_aperture / (first ? FINER : 1);
     q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));
-    bool targets_only = l->targets && at.length + 1u == l->target_length && !use.face;
+    bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     KellerRange clip = {q.start_near, INFINITY};
     if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, NULL, &q, &s->work.accel);
     clip.far = q.far;
-    if (use.wedge && !q.too_much && !s->failed)
+    if (use & PLAN_WEDGE && !q.too_much && !s->failed)
         keller_accel_cone(targets_only ? l->targets : l->accel, &q.cone, clip, NULL, visit_wedge, &q, &s->work.accel);
     if (q.too_much) {
         split(s, beam);
     } else {
-        uint32_t next = at.length + 1u;
-        Use after_face = s->use[next][at.wedge_at], after_wedge = s->use[next][next];
-        for (uint32_t i = 0; i < q.faces && use.face && !s->failed; i++) {
+        const uint8_t after_face = l->plan->of[pattern_and(at.pattern, false)];
+        const uint8_t after_wedge = l->plan->of[pattern_and(at.pattern, true)];
+        for (uint32_t i = 0; i < q.faces && use & PLAN_FACE && !s->failed; i++) {
             if (q.face[i].near > q.far) continue;
             uint32_t node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
             if (node == KELLER_NONE) s->failed = true;
-            else if (after_face.face || after_face.wedge) reflect(s, &q, &q.face[i], node);
+            else if (after_face & (PLAN_FACE | PLAN_WEDGE)) reflect(s, &q, &q.face[i], node);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
+            Piece piece;
+            if (!piece_inside(&q, q.wedge[i], &piece)) continue;
             uint32_t node = trie_child(&s->trie, beam->node, code_wedge(q.wedge[i]));
-            if (node == KELLER_NONE) s->failed = true;
-            else if (after_wedge.face) fan_out(s, &q, q.wedge[i], node);
+            if (node == KELLER_NONE) {
+                s->failed = true;
+                break;
+            }
+            const double whole = scene->wedges[q.wedge[i]].length, pad = 4 * scene->contact;
+            trie_light(&s->trie, node, (piece.from - pad) / whole, (piece.to + pad) / whole);
+            if (after_wedge & (PLAN_FACE | PLAN_WEDGE)) fan_out(s, &q, q.wedge[i], &piece, node);
         }
     }
     free(q.face);
@@ -443,18 +461,27 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
     process(s, &b);
 }
 
-static void find_uses(Search *s)
+bool plan_init(TreePlan *plan, uint32_t bends)
 {
-    enum { MOST = KELLER_MAX_BENDS };
-    const TreeLimits *t = s->limits;
-    for (int l = MOST - 1; l >= 0; l--)
-        for (int w = 0; w <= l; w++) {
-            Use *u = &s->use[l][w], after_face = s->use[l + 1][w];
-            u->face = t->want[l + 1][w] || after_face.face || after_face.wedge;
-            bool fan = w == 0 && s->use[l + 1][l + 1].face;
-            u->wedge = w == 0 && (t->want[l + 1][l + 1] || fan);
-            u->beyond = after_face.face || after_face.wedge || fan;
-        }
+    *plan = (TreePlan){bends, calloc((size_t)4 << bends, 1)};
+    return plan->of != NULL;
+}
+
+void plan_free(TreePlan *plan)
+{
+    free(plan->of);
+    *plan = (TreePlan){0};
+}
+
+void plan_uses(TreePlan *plan)
+{
+    enum { ON = PLAN_FACE | PLAN_WEDGE };
+    for (Pattern p = (1u << plan->bends) - 1; p >= PATTERN_EMPTY; p--) { /* the longer ones first */
+        uint8_t face = plan->of[pattern_and(p, false)], wedge = plan->of[pattern_and(p, true)];
+        if (face & (PLAN_WANT | ON)) plan->of[p] |= PLAN_FACE;
+        if (wedge & (PLAN_WANT | ON)) plan->of[p] |= PLAN_WEDGE;
+        if ((face | wedge) & ON) plan->of[p] |= PLAN_BEYOND;
+    }
 }
 
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
@@ -467,7 +494,6 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
     {
         Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t))};
         s.failed = !s.stamp || !s.slot || !trie_init(&s.trie);
-        find_uses(&s);
 #pragma omp for schedule(dynamic, 1)
         for (int c = 0; c < cells; c++)
             if (!s.failed) search_cell(&s, count, end, c / (n * n), c / n % n, c % n, n);

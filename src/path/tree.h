@@ -7,11 +7,17 @@
 
 enum { SOURCES = 4 };           /* corners of the end: one for a point, up to four for a patch of grid cells */
 
+/* What a search is for: of[pattern], PLAN_ flags. Only a point may fan out from wedges, so for a patch no pattern with steps
+ * behind a wedge is wanted. */
+typedef struct {
+    uint32_t bends;             /* patterns of at most so many steps, <= KELLER_MAX_BENDS */
+    uint8_t *of;                /* [4 << bends]: what follows the longest can be asked for too, and is of no use */
+} TreePlan;
+
 typedef struct {
     const KellerScene *scene;
     const KellerAccel *accel;
-    /* want[l][w]: sequences of l steps with the wedge at place w (from 1; 0: none) are asked for. At most one wedge. */
-    bool want[KELLER_MAX_BENDS + 1][KELLER_MAX_BENDS + 1];
+    const TreePlan *plan;
     uint32_t transmissions;     /* slabs that a path may pass through, */
     uint32_t interactions;      /* and steps and slabs of a path together */
     /* Sequences of target_length steps that end in a wedge are only wanted for the wedges of this accelerator; NULL: for all.
@@ -27,7 +33,12 @@ typedef struct {
     KellerAccelWork accel;
 } TreeWork;
 
-/* Fills the empty trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads. Which
+/* An empty plan; false: out of memory. Then PLAN_WANT is set, and plan_uses finds the other flags. */
+bool plan_init(TreePlan *plan, uint32_t bends);
+void plan_uses(TreePlan *plan);
+void plan_free(TreePlan *plan);
+
+/* Fills the trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads. Which
  * needless sequences are found besides the needed ones may depend on their number. KELLER_FAILED: memory. */
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
                          TreeWork *work, KellerError *error);

@@ -1,8 +1,11 @@
 #define _GNU_SOURCE /* qsort_r */
 #include "path/trie.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "base/number.h"
 
 bool trie_init(Trie *t)
 {
@@ -15,7 +18,7 @@ bool trie_init(Trie *t)
         trie_free(t);
         return false;
     }
-    t->nodes[0] = (TrieNode){KELLER_NONE, 0, 0, 0};
+    t->nodes[0] = (TrieNode){.parent = KELLER_NONE, .pattern = PATTERN_EMPTY};
     t->count = 1;
     return true;
 }
@@ -65,12 +68,23 @@ uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
         t->capacity *= 2;
     }
     uint32_t id = t->count++;
-    const TrieNode *p = &t->nodes[parent];
-    t->nodes[id] = (TrieNode){parent, code, (uint8_t)(p->length + 1),
-                                (uint8_t)(code_is_wedge(code) ? p->length + 1 : p->wedge_at)};
+    t->nodes[id] = (TrieNode){parent, code, pattern_and(t->nodes[parent].pattern, code_is_wedge(code)), {LIT_WHOLE, 0}};
     t->slots[s] = id;
     if (2 * t->count > t->slot_count && !rehash(t)) return KELLER_NONE;
     return id;
+}
+
+static void add_light(TrieNode *node, const uint16_t lit[2])
+{
+    if (lit[0] < node->lit[0]) node->lit[0] = lit[0];
+    if (lit[1] > node->lit[1]) node->lit[1] = lit[1];
+}
+
+void trie_light(Trie *t, uint32_t node, double from, double to)
+{
+    uint16_t lit[2] = {(uint16_t)floor(LIT_WHOLE * greater(0, lesser(1, from))),
+                       (uint16_t)ceil(LIT_WHOLE * greater(0, lesser(1, to)))};
+    add_light(&t->nodes[node], lit);
 }
 
 bool trie_merge(Trie *into, const Trie *from)
@@ -82,6 +96,7 @@ bool trie_merge(Trie *into, const Trie *from)
     for (uint32_t i = 1; i < from->count && ok; i++) { /* parents come before their children */
         map[i] = trie_child(into, map[from->nodes[i].parent], from->nodes[i].code);
         ok = map[i] != KELLER_NONE;
+        if (ok) add_light(&into->nodes[map[i]], from->nodes[i].lit);
     }
     free(map);
     return ok;
@@ -91,6 +106,7 @@ static int compare(const void *pa, const void *pb, void *context)
 {
     const Trie *t = context;
     uint32_t a = *(const uint32_t *)pa, b = *(const uint32_t *)pb;
+    if (t->nodes[a].pattern != t->nodes[b].pattern) return t->nodes[a].pattern < t->nodes[b].pattern ? -1 : 1;
     while (a != b) { /* equal lengths: the roots meet at the latest */
         const TrieNode *na = &t->nodes[a], *nb = &t->nodes[b];
         if (na->code != nb->code) return na->code < nb->code ? -1 : 1;
@@ -100,23 +116,40 @@ static int compare(const void *pa, const void *pb, void *context)
     return 0;
 }
 
-bool trie_list(const Trie *t, uint32_t length, uint32_t wedge_at, TrieList *list)
+bool trie_list(const Trie *t, const uint8_t *plan, TrieList *list)
 {
     *list = (TrieList){NULL, 0};
-    for (uint32_t i = 1; i < t->count; i++)
-        list->count += t->nodes[i].length == length && t->nodes[i].wedge_at == wedge_at;
+    for (uint32_t i = 1; i < t->count; i++) list->count += plan[t->nodes[i].pattern] & PLAN_WANT;
     list->nodes = malloc((list->count + 1) * sizeof(uint32_t));
     if (!list->nodes) return false;
     uint32_t n = 0;
     for (uint32_t i = 1; i < t->count; i++)
-        if (t->nodes[i].length == length && t->nodes[i].wedge_at == wedge_at) list->nodes[n++] = i;
+        if (plan[t->nodes[i].pattern] & PLAN_WANT) list->nodes[n++] = i;
     qsort_r(list->nodes, n, sizeof(uint32_t), compare, (void *)(uintptr_t)t);
     return true;
 }
 
+/* The first place in the list whose pattern is not below. */
+static uint32_t first_of(const Trie *t, const TrieList *list, Pattern pattern)
+{
+    uint32_t low = 0, high = list->count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (t->nodes[list->nodes[middle]].pattern < pattern) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
+uint32_t trie_run(const Trie *t, const TrieList *list, Pattern pattern, uint32_t *begin)
+{
+    *begin = first_of(t, list, pattern);
+    return first_of(t, list, pattern + 1);
+}
+
 uint32_t trie_steps(const Trie *t, uint32_t node, StepCode *codes)
 {
-    uint32_t length = t->nodes[node].length;
+    uint32_t length = pattern_length(t->nodes[node].pattern);
     for (uint32_t i = length; i-- > 0; node = t->nodes[node].parent) codes[i] = t->nodes[node].code;
     return length;
 }

@@ -233,7 +233,9 @@ PathDifference paths_compare(const FoundPaths *a, uint32_t rx_a, const FoundPath
         }
         used[j] = true;
         difference.matched++;
-        double scale = frobenius(p->transfer[0]);
+        /* Along a lossy face, direct and reflected wave cancel to rounding: what is left is no field to compare. */
+        double nothing = 1e-7 * 299792458.0 / 3.5e9 / (4 * 3.141592653589793 * p->length);
+        double scale = fmax(frobenius(p->transfer[0]), nothing);
         for (int k = 0; k < 4; k++) {
             /* Reciprocity: the way back has the transposed transfer matrix. */
             int other = reversed ? (k == 1 ? 2 : k == 2 ? 1 : k) : k;

@@ -5,8 +5,7 @@
 
 /* ---- verdicts --------------------------------------------------------------------------------------------------- */
 
-/* Adds a decision; true while it is worth going on. */
-static bool decide(Verdict *v, bool holds, Real margin)
+bool oracle_decide(Verdict *v, bool holds, Real margin)
 {
     if (holds) {
         v->least = fminl(v->least, margin);
@@ -136,7 +135,7 @@ static bool decide_free(const KellerScene *scene, Point a, Point b, size_t plane
         Real margin;
         if (!skip) {
             bool blocked = blocks(scene, i, a, b, &margin);
-            if (!decide(v, !blocked, margin)) return false;
+            if (!oracle_decide(v, !blocked, margin)) return false;
         }
     }
     return true;
@@ -191,7 +190,7 @@ static bool decide_through(const KellerScene *scene, uint32_t leg, Point a, Poin
         Real margin;
         bool crossed = is_slab(scene, face) ? crosses(scene, i, a, b, &margin) : blocks(scene, i, a, b, &margin);
         if (!crossed || !is_slab(scene, face)) {
-            if (!decide(v, !crossed, margin)) return false;
+            if (!oracle_decide(v, !crossed, margin)) return false;
             continue;
         }
         const KellerFace *f = &scene->faces[face];
@@ -241,11 +240,11 @@ static void decide_slabs(Slabs *slabs, uint32_t most, OraclePath *path, Verdict 
                 slabs->slab[j] = slabs->slab[j - 1];
                 slabs->slab[j - 1] = swap;
             }
-        decide(v, false, slabs->slab[n - most - 1].margin);
+        oracle_decide(v, false, slabs->slab[n - most - 1].margin);
         return;
     }
     join_planes(slabs);
-    for (size_t i = 0; i < n; i++) decide(v, true, slabs->slab[i].margin);
+    for (size_t i = 0; i < n; i++) oracle_decide(v, true, slabs->slab[i].margin);
     for (size_t i = 1; i < n; i++)
         for (size_t j = i; j > 0 && slab_before(&slabs->slab[j], &slabs->slab[j - 1]); j--) {
             Slab swap = slabs->slab[j];
@@ -254,7 +253,7 @@ static void decide_slabs(Slabs *slabs, uint32_t most, OraclePath *path, Verdict 
         }
     for (size_t i = 1; i < n; i++) {
         const Slab *a = &slabs->slab[i - 1], *b = &slabs->slab[i];
-        if (a->leg == b->leg && a->plane != b->plane) decide(v, true, b->distance - a->distance);
+        if (a->leg == b->leg && a->plane != b->plane) oracle_decide(v, true, b->distance - a->distance);
     }
     if (!v->valid) return;
     OraclePath whole = {.bends = path->count, .length = path->length};
@@ -307,15 +306,13 @@ static Real shortest(const KellerWedge *w, Point a, Point b)
     return t;
 }
 
-/* Walks back from `target` through `count` faces to the source of the images: image[i] is the source mirrored in
- * faces 0 to i - 1. Fills point[0..count-1]. */
-static bool walk_back(const KellerScene *scene, size_t count, const uint32_t *faces, const Point *images, Point target,
+bool oracle_walk_back(const KellerScene *scene, size_t count, const uint32_t *faces, const Point *images, Point target,
                       Point *point, Verdict *v)
 {
     for (size_t i = count; i-- > 0;) {
         Real hi = height(scene, faces[i], images[i + 1]), ht = height(scene, faces[i], target);
         bool opposite = (hi > 0 && ht < 0) || (hi < 0 && ht > 0);
-        if (!decide(v, opposite, fminl(fabsl(hi), fabsl(ht))) || hi == ht) return false;
+        if (!oracle_decide(v, opposite, fminl(fabsl(hi), fabsl(ht))) || hi == ht) return false;
         point[i] = target = plus(images[i + 1], minus(target, images[i + 1]), hi / (hi - ht));
     }
     return true;
@@ -326,11 +323,11 @@ static bool decide_face(const KellerScene *scene, uint32_t face, Point p, Verdic
 {
     Real margin;
     bool in = inside_face(scene, face, p, &margin);
-    if (!decide(v, in, margin)) return false;
+    if (!oracle_decide(v, in, margin)) return false;
     for (uint32_t other = 0; other < face; other++) {
         if (scene->faces[other].plane != scene->faces[face].plane) continue;
         in = inside_face(scene, other, p, &margin);
-        if (!decide(v, !in, margin)) return false;
+        if (!oracle_decide(v, !in, margin)) return false;
     }
     return true;
 }
@@ -346,7 +343,88 @@ static bool decide_sector(const KellerWedge *w, Point q, Point x, Verdict *v)
     if (phi < 0) phi += 2 * pi;
     bool in = phi <= open;
     Real angle = fminl(fminl(phi, 2 * pi - phi), fabsl(phi - open));
-    return decide(v, in, rho * sinl(fminl(angle, pi / 2)));
+    return oracle_decide(v, in, rho * sinl(fminl(angle, pi / 2)));
+}
+
+/* A leg from one edge to another that lies in a face of the first runs along that face: in its sector, by identity and not
+ * by an angle of rounding. On the far side of the edge it is well inside of the sector or outside: that can be told. */
+static bool along_face(const KellerScene *scene, uint32_t wedge, uint32_t other, Point q, Point x, Point *up)
+{
+    const KellerWedge *w = &scene->wedges[wedge];
+    for (int i = 0; i < 2; i++) {
+        if (!wedge_has_plane(scene, other, scene->faces[w->face[i]].plane)) continue;
+        const Real pi = 3.14159265358979323846264338327950288L;
+        Point d = minus(x, q);
+        Real phi = atan2l(dot(d, wide(w->normal0)), dot(d, wide(w->tangent0)));
+        if (i == 1) phi -= w->n * pi;
+        if (!(fabsl(remainderl(phi, 2 * pi)) < 1e-6L)) continue;
+        *up = i == 0 ? wide(w->normal0)
+                     : plus(plus((Point){0, 0, 0}, wide(w->tangent0), sinl(w->n * pi)), wide(w->normal0), -cosl(w->n * pi));
+        return true;
+    }
+    return false;
+}
+
+void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *steps, const Point *point,
+                  uint32_t transmissions, OraclePath *path, Verdict *verdict)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (steps[i].kind == KELLER_REFLECTION && !decide_face(scene, steps[i].id, point[i + 1], verdict)) return;
+    for (uint32_t i = 0; i < count; i++) {
+        if (steps[i].kind != KELLER_DIFFRACTION) continue;
+        const KellerWedge *w = &scene->wedges[steps[i].id];
+        Point up;
+        for (int side = -1; side <= 1; side += 2) {
+            uint32_t k = i + (uint32_t)side;
+            bool edge = k < count && steps[k].kind == KELLER_DIFFRACTION;
+            if (edge && along_face(scene, steps[i].id, steps[k].id, point[i + 1], point[k + 1], &up)) continue;
+            if (!decide_sector(w, point[i + 1], point[k + 1], verdict)) return;
+        }
+    }
+    path->count = path->bends = count;
+    Slabs slabs = {.count = 0};
+    Real length = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        path->step[i] = steps[i];
+        path->position[i] = narrow(point[i + 1]);
+    }
+    for (uint32_t i = 0; i <= count; i++) {
+        uint32_t planes[64];
+        size_t plane_count = 0;
+        for (uint32_t k = i ? i - 1 : 0; k <= i && k < count; k++) {
+            if (steps[k].kind == KELLER_REFLECTION) {
+                planes[plane_count++] = scene->faces[steps[k].id].plane;
+                continue;
+            }
+            const KellerWedge *w = &scene->wedges[steps[k].id];
+            for (uint32_t p = w->plane_begin; p < w->plane_end; p++) {
+                assert(plane_count < 62);
+                planes[plane_count++] = scene->wedge_planes[p];
+            }
+        }
+        Point a = point[i], b = point[i + 1], up[2];
+        if (i > 0 && i < count && steps[i - 1].kind == KELLER_DIFFRACTION && steps[i].kind == KELLER_DIFFRACTION) {
+            uint32_t v = steps[i - 1].id, w = steps[i].id;
+            bool along[2] = {along_face(scene, v, w, a, b, &up[0]), along_face(scene, w, v, b, a, &up[1])};
+            bool screen[2] = {scene->wedges[v].n >= 2, scene->wedges[w].n >= 2};
+            if (along[0] && along[1] && !screen[0] && !screen[1] && dot(up[0], up[1]) < 0) {
+                oracle_decide(verdict, false, INFINITY); /* on opposite sides of the face */
+                return;
+            }
+            /* just above the face: what stands on it blocks; of a screen either side may be free, which is left open */
+            int k = along[0] && !screen[0] ? 0 : 1;
+            if ((along[0] || along[1]) && along[k] && !screen[k]) {
+                a = plus(a, up[k], 10 * ORACLE_TOLERANCE);
+                b = plus(b, up[k], 10 * ORACLE_TOLERANCE);
+            }
+        }
+        bool go_on = transmissions ? decide_through(scene, i, a, b, plane_count, planes, &slabs, verdict)
+                                   : decide_free(scene, a, b, plane_count, planes, verdict);
+        if (!go_on) return;
+        length += apart(point[i], point[i + 1]);
+    }
+    path->length = (double)length;
+    if (transmissions) decide_slabs(&slabs, transmissions, path, verdict);
 }
 
 Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint32_t transmissions, OraclePath *path)
@@ -359,64 +437,29 @@ Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint3
     if (s->wedge != KELLER_NONE) {
         const KellerWedge *w = &scene->wedges[s->wedge];
         t = shortest(w, s->image_before[before], s->image_after[after]);
-        if (!decide(&v, t > 0 && t < w->length, fminl(fabsl(t), fabsl(w->length - t)))) return v;
+        if (!oracle_decide(&v, t > 0 && t < w->length, fminl(fabsl(t), fabsl(w->length - t)))) return v;
         Point q = plus(wide(w->origin), wide(w->direction), t);
-        if (!walk_back(scene, before, s->face_before, s->image_before, q, point + 1, &v) ||
-            !walk_back(scene, after, s->face_after, s->image_after, q, back, &v))
+        if (!oracle_walk_back(scene, before, s->face_before, s->image_before, q, point + 1, &v) ||
+            !oracle_walk_back(scene, after, s->face_after, s->image_after, q, back, &v))
             return v;
         point[before + 1] = q;
         for (size_t i = 0; i < after; i++) point[count - i] = back[i];
-    } else if (!walk_back(scene, before, s->face_before, s->image_before, end, point + 1, &v)) {
+    } else if (!oracle_walk_back(scene, before, s->face_before, s->image_before, end, point + 1, &v)) {
         return v;
     }
     point[0] = start;
     point[count + 1] = end;
-    for (size_t i = 0; i < before; i++)
-        if (!decide_face(scene, s->face_before[i], point[1 + i], &v)) return v;
-    for (size_t i = 0; i < after; i++)
-        if (!decide_face(scene, s->face_after[i], back[i], &v)) return v;
-    if (s->wedge != KELLER_NONE) {
-        const KellerWedge *w = &scene->wedges[s->wedge];
-        if (!decide_sector(w, point[before + 1], point[before], &v) ||
-            !decide_sector(w, point[before + 1], point[before + 2], &v))
-            return v;
-    }
-    path->count = path->bends = (uint32_t)count;
-    Slabs slabs = {.count = 0};
-    Real length = 0;
+    KellerStep steps[ORACLE_MAX_STEPS];
     for (size_t i = 0; i < count; i++) {
         bool edge = s->wedge != KELLER_NONE && i == before;
-        path->step[i].kind = edge ? KELLER_DIFFRACTION : KELLER_REFLECTION;
-        path->step[i].id = edge ? s->wedge : i < before ? s->face_before[i] : s->face_after[count - 1 - i];
-        path->position[i] = narrow(point[i + 1]);
+        steps[i].kind = edge ? KELLER_DIFFRACTION : KELLER_REFLECTION;
+        steps[i].id = edge ? s->wedge : i < before ? s->face_before[i] : s->face_after[count - 1 - i];
     }
-    for (size_t i = 0; i <= count; i++) {
-        uint32_t planes[64];
-        size_t plane_count = 0;
-        for (size_t k = i ? i - 1 : 0; k <= i && k < count; k++) {
-            KellerStep step = path->step[k];
-            if (step.kind == KELLER_REFLECTION) {
-                planes[plane_count++] = scene->faces[step.id].plane;
-                continue;
-            }
-            const KellerWedge *w = &scene->wedges[step.id];
-            for (uint32_t p = w->plane_begin; p < w->plane_end; p++) {
-                assert(plane_count < 62);
-                planes[plane_count++] = scene->wedge_planes[p];
-            }
-        }
-        bool go_on = transmissions
-                         ? decide_through(scene, (uint32_t)i, point[i], point[i + 1], plane_count, planes, &slabs, &v)
-                         : decide_free(scene, point[i], point[i + 1], plane_count, planes, &v);
-        if (!go_on) return v;
-        length += apart(point[i], point[i + 1]);
-    }
-    path->length = (double)length;
-    if (transmissions) decide_slabs(&slabs, transmissions, path, &v);
+    oracle_judge(scene, (uint32_t)count, steps, point, transmissions, path, &v);
     return v;
 }
 
-static bool follows_rules(const KellerScene *scene, uint32_t count, const KellerStep *steps)
+bool oracle_follows_rules(const KellerScene *scene, uint32_t count, const KellerStep *steps)
 {
     for (uint32_t i = 1; i < count; i++) {
         KellerStep a = steps[i - 1], b = steps[i];
@@ -424,7 +467,7 @@ static bool follows_rules(const KellerScene *scene, uint32_t count, const Keller
         if (fa && fb && scene->faces[a.id].plane == scene->faces[b.id].plane) return false;
         if (fa && !fb && wedge_has_plane(scene, b.id, scene->faces[a.id].plane)) return false;
         if (!fa && fb && wedge_has_plane(scene, a.id, scene->faces[b.id].plane)) return false;
-        if (!fa && !fb) return false;
+        if (!fa && !fb && oracle_same_edge(scene, a.id, b.id)) return false;
     }
     return true;
 }
@@ -434,7 +477,15 @@ bool oracle_solve(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32
 {
     *path = (OraclePath){0};
     assert(count <= ORACLE_MAX_STEPS);
-    if (!follows_rules(scene, count, steps)) return false;
+    if (!oracle_follows_rules(scene, count, steps)) return false;
+    uint32_t edges = 0;
+    for (uint32_t k = 0; k < count; k++) edges += steps[k].kind == KELLER_DIFFRACTION;
+    if (edges > 1) {
+        Verdict v = oracle_solve_edges(scene, wide(tx), wide(rx), count, steps, transmissions, path);
+        path->valid = v.valid;
+        path->margin = verdict_margin(&v);
+        return true;
+    }
     Sequence s = {.wedge = KELLER_NONE};
     s.image_before[0] = wide(tx);
     s.image_after[0] = wide(rx);

@@ -31,7 +31,7 @@ typedef struct {
     size_t undecidable; /* paths in `path` whose margin is below ORACLE_TOLERANCE */
 } OracleResult;
 
-/* All paths from tx to rx with at most one diffraction (diffractions 0 or 1). */
+/* All paths from tx to rx. */
 OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
                               uint32_t diffractions, uint32_t interactions);
 /* The same with up to so many transmissions: a leg passes through slabs, each a step of its own. An invalid path has no

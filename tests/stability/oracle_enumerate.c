@@ -100,6 +100,13 @@ static Chains chains_from(const KellerScene *scene, Point source, size_t depth)
     return all;
 }
 
+static void keep(OracleResult *result, const OraclePath *path)
+{
+    result->undecidable += path->margin < ORACLE_TOLERANCE;
+    result->path = grown(result->path, result->count, &result->capacity, sizeof *result->path);
+    result->path[result->count++] = *path;
+}
+
 static void add_candidate(const KellerScene *scene, const Sequence *s, uint32_t transmissions, uint32_t interactions,
                           OracleResult *result)
 {
@@ -117,9 +124,84 @@ static void add_candidate(const KellerScene *scene, const Sequence *s, uint32_t 
         for (size_t i = s->after; i-- > 0;) path.step[path.count++] = (KellerStep){KELLER_REFLECTION, s->face_after[i]};
         path.bends = path.count;
     }
-    result->undecidable += path.margin < ORACLE_TOLERANCE;
-    result->path = grown(result->path, result->count, &result->capacity, sizeof *result->path);
-    result->path[result->count++] = path;
+    keep(result, &path);
+}
+
+/* ---- several diffractions --------------------------------------------------------------------------------------- */
+
+typedef struct {
+    const KellerScene *scene;
+    Point tx, rx;
+    uint32_t reflections, diffractions, transmissions, interactions;
+    const Chains *backward;
+    OracleResult *result;
+    uint32_t count; /* of the sequence so far */
+    KellerStep step[ORACLE_MAX_STEPS];
+} Growth;
+
+/* The sequence so far, which ends in an edge, and a chain of the receiver's. */
+static void finish(Growth *g, const Chain *end)
+{
+    uint32_t count = g->count + (uint32_t)end->count, left = g->interactions - count;
+    OraclePath path = {0};
+    for (size_t i = 0; i < end->count; i++) g->step[count - 1 - i] = (KellerStep){KELLER_REFLECTION, end->face[i]};
+    Verdict v = oracle_solve_edges(g->scene, g->tx, g->rx, count, g->step, left < g->transmissions ? left : g->transmissions,
+                                   &path);
+    g->result->candidates++;
+    path.valid = v.valid;
+    path.margin = verdict_margin(&v);
+    if (!v.valid && path.margin >= ORACLE_TOLERANCE) return;
+    if (path.count == 0) {
+        for (uint32_t i = 0; i < count; i++) path.step[i] = g->step[i];
+        path.count = path.bends = count;
+    }
+    keep(g->result, &path);
+}
+
+/* All ways to go on from a sequence that has `reflected` faces and, of edges, `edges` already. */
+static void grow(Growth *g, uint32_t reflected, uint32_t edges)
+{
+    const KellerScene *scene = g->scene;
+    if (edges > 1 && g->step[g->count - 1].kind == KELLER_DIFFRACTION) {
+        uint32_t wedge = g->step[g->count - 1].id;
+        for (size_t i = 0; i < g->backward->count; i++) {
+            const Chain *b = &g->backward->chain[i];
+            if (reflected + b->count <= g->reflections && g->count + b->count <= g->interactions &&
+                (b->count == 0 || !wedge_has_plane(scene, wedge, scene->faces[b->face[b->count - 1]].plane)) &&
+                reaches_edge(scene, b, &scene->wedges[wedge]))
+                finish(g, b);
+        }
+    }
+    if (edges == g->diffractions) return;
+    for (int edge = 0; edge < 2; edge++) {
+        /* there is another edge to come */
+        if ((!edge && reflected == g->reflections) || g->count + 1 + !edge > g->interactions) continue;
+        for (uint32_t id = 0; id < (edge ? scene->wedge_count : scene->face_count); id++) {
+            g->step[g->count] = (KellerStep){edge ? KELLER_DIFFRACTION : KELLER_REFLECTION, id};
+            uint32_t last = g->count - 1;
+            if (!oracle_follows_rules(scene, 2, &g->step[last])) continue;
+            g->count++;
+            grow(g, reflected + !edge, edges + (uint32_t)edge);
+            g->count--;
+        }
+    }
+}
+
+/* Sequences that begin with a chain of the transmitter's and an edge. */
+static void add_several(Growth *g, const Chains *forward)
+{
+    for (size_t i = 0; i < forward->count; i++) {
+        const Chain *a = &forward->chain[i];
+        for (uint32_t wedge = 0; wedge < g->scene->wedge_count; wedge++) {
+            if ((a->count > 0 && wedge_has_plane(g->scene, wedge, g->scene->faces[a->face[a->count - 1]].plane)) ||
+                a->count + 2 > g->interactions || !reaches_edge(g->scene, a, &g->scene->wedges[wedge]))
+                continue;
+            for (size_t k = 0; k < a->count; k++) g->step[k] = (KellerStep){KELLER_REFLECTION, a->face[k]};
+            g->step[a->count] = (KellerStep){KELLER_DIFFRACTION, wedge};
+            g->count = (uint32_t)a->count + 1;
+            grow(g, (uint32_t)a->count, 1);
+        }
+    }
 }
 
 OracleResult oracle_enumerate(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
@@ -132,7 +214,7 @@ OracleResult oracle_enumerate_through(const KellerScene *scene, KellerVec3 tx, K
                                       uint32_t diffractions, uint32_t transmissions, uint32_t interactions)
 {
     OracleResult result = {0};
-    assert(diffractions <= 1 && interactions <= ORACLE_MAX_STEPS);
+    assert(interactions <= ORACLE_MAX_STEPS);
     uint32_t most = reflections < interactions ? reflections : interactions;
     Chains forward = chains_from(scene, wide(tx), most);
     for (size_t i = 0; i < forward.count; i++) {
@@ -172,6 +254,9 @@ OracleResult oracle_enumerate_through(const KellerScene *scene, KellerVec3 tx, K
             }
         }
         free(reached);
+        Growth growth = {scene, wide(tx), wide(rx), reflections, diffractions, transmissions, interactions, &backward, &result,
+                         .count = 0};
+        if (diffractions > 1) add_several(&growth, &forward);
         free(backward.chain);
     }
     free(forward.chain);

@@ -58,6 +58,27 @@ typedef struct {
     uint32_t wedge;                           /* KELLER_NONE: reflections only, all of them `before` */
 } Sequence;
 
+/* Adds a decision; true while it is worth going on. */
+bool oracle_decide(Verdict *v, bool holds, Real margin);
+
+/* Walks back from `target` through `count` faces to the source of the images: image[i] is the source mirrored in
+ * faces 0 to i - 1. Fills point[0..count-1]. */
+bool oracle_walk_back(const KellerScene *scene, size_t count, const uint32_t *faces, const Point *images, Point target,
+                      Point *point, Verdict *v);
+
+/* Judges the points of a path, point[0] the transmitter and point[count + 1] the receiver: each in its face, sectors, free legs.
+ * The steps and points are in *path only if it came so far. */
+void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *steps, const Point *point,
+                  uint32_t transmissions, OraclePath *path, Verdict *v);
+
+/* One edge, in whatever sector, or edges that lie in one line. */
+bool oracle_same_edge(const KellerScene *scene, uint32_t a, uint32_t b);
+bool oracle_follows_rules(const KellerScene *scene, uint32_t count, const KellerStep *steps);
+
+/* A sequence with two diffractions or more. */
+Verdict oracle_solve_edges(const KellerScene *scene, Point tx, Point rx, uint32_t count, const KellerStep *steps,
+                           uint32_t transmissions, OraclePath *path);
+
 /* Solves the sequence; the points and steps are in *path only if it came so far. */
 Verdict oracle_solve_sequence(const KellerScene *scene, const Sequence *s, uint32_t transmissions, OraclePath *path);
 #endif

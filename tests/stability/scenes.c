@@ -451,7 +451,7 @@ RandomScene scene_random(uint64_t seed, uint32_t flags)
 {
     Builder b = {.random = random_seeded(seed), .flags = flags, .soup = soup_new()};
     b.ground = random_below(&b.random, 10) < 7;
-    uint32_t objects = 2 + random_below(&b.random, b.ground ? 4 : 5);
+    uint32_t objects = flags & SCENE_SMALL ? 1 + random_below(&b.random, 2) : 2 + random_below(&b.random, b.ground ? 4 : 5);
     if (b.ground) {
         double size = draw(&b, 6, 15);
         soup_object(&b.soup, "ground");

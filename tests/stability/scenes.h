@@ -61,6 +61,9 @@ void soup_material(KellerSoup *soup, uint32_t material); /* all triangles of tha
 /* Thin walls: most faces are slabs, some sheets lie on others or are there twice, and stations may be inside of solids. */
 #define SCENE_THIN 2u
 
+/* One or two objects only. */
+#define SCENE_SMALL 4u
+
 #define SCENE_RECEIVERS 2
 typedef struct {
     KellerSoup soup;

