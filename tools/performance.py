@@ -162,13 +162,12 @@ class Plot:
         self.path = os.path.join(docs, f"performance-{name}.png")
         self.script = [f"set terminal pngcairo size {340 * charts + 60},330 font 'sans,10' background 'white'",
                        f"set output '{self.path}'", f"set multiplot layout 1,{charts}",
-                       "set border 3 lc rgb '#606060'", "set tics nomirror out", "set grid ytics lc rgb '#d0d0d0' lw 0.6",
-                       "set key top left Left reverse samplen 1.5"]
+                       "set border 3 lc rgb '#606060'", "set tics nomirror out", "set grid ytics lc rgb '#d0d0d0' lw 0.6"]
 
-    def chart(self, title, lines, log=True, xtics=None, xlabel="half-angle of the cone", ylabel=None, colours=None):
+    def chart(self, title, lines, log=True, key="top left", xtics=None, xlabel="half-angle of the cone", ylabel=None, colours=None):
         colours = colours or ["#d55e00", "#0072b2", "#008060", "#555555"]
         tics = xtics or ", ".join(f"'{LABEL[a].replace('⁻⁵', '^{-5}')}' {i}" for i, a in enumerate(ANGLES))
-        self.script += [f"set title \"{title}\"", f"set xtics ({tics})", f"set xlabel '{xlabel}'",
+        self.script += [f"set key {key} Left reverse samplen 1.5", f"set title \"{title}\"", f"set xtics ({tics})", f"set xlabel '{xlabel}'",
                         f"set ylabel '{ylabel or ''}'", "set logscale y" if log else "unset logscale y"]
         if not log:
             self.script.append("set yrange [0:*]")
@@ -199,7 +198,7 @@ def draw(tables, docs):
                 row = find(tables[key], structure=structure, query="nearest", kind="primary", half_angle_deg=angle, eccentricity="0")
                 points.append((i, float(row["us_per_query"])))
             lines.append((structure, points))
-        p.chart(LABEL[angle].replace("⁻⁵", "^{-5}"), lines, log=False, xlabel="cost of a leaf over that of a node",
+        p.chart(LABEL[angle].replace("⁻⁵", "^{-5}"), lines, log=False, key="top right", xlabel="cost of a leaf over that of a node",
                 ylabel="nearest, µs", xtics=", ".join(f"'{c:g}' {i}" for i, (c, _) in enumerate(costs)))
     p.draw()
     p = Plot(docs, "time", 2)
@@ -230,7 +229,7 @@ def draw(tables, docs):
     for s in STRUCTURES:
         walk, whole = series(tables["walk"], "walk", "us_per_query", s), dict(series(m, "all", "us_per_query", s))
         lines.append((s, [(x, 100 * max(0, 1 - t / whole[x])) for x, t in walk if x > 0]))
-    p.chart("in leaves, % of the time of all", lines, log=False)
+    p.chart("in leaves, % of the time of all", lines, log=False, key="bottom right")
     p.draw()
 
 
