@@ -10,6 +10,7 @@
 #include "base/number.h"
 #include "io/generate.h"
 #include "keller/ray.h"
+#include "real_scene.h"
 
 static const char *const names[] = {"kdtree", "bvh", "bvh8"};
 enum { NAMES = sizeof names / sizeof *names, RAYS = 24 };
@@ -290,6 +291,37 @@ static void same_as_naive(void **state)
     assert_true(hits > 4000 && cone_hits > 200000);
 }
 
+/* The same on a real scene and its wedges. Skipped without the scenes. */
+static void same_as_naive_in_munich(void **state)
+{
+    (void)state;
+    Random r = {9};
+    KellerSoup soup = real_scene("sionna/munich/munich.xml");
+    KellerScene scene;
+    for (size_t i = 0; i < soup.material_count; i++) soup.materials[i].kind = KELLER_MATERIAL_CONDUCTOR;
+    assert_int_equal(keller_scene_build(&soup, &scene, NULL), KELLER_OK);
+    Model m = {.size = 300, .vertices = scene.vertices, .triangles = scene.triangles, .vertex_count = (uint32_t)scene.vertex_count};
+    m.edges = malloc(scene.wedge_count * sizeof *m.edges);
+    for (size_t i = 0; i < scene.wedge_count; i++) memcpy(m.edges[i], scene.wedges[i].vertex, sizeof *m.edges);
+    m.in = (KellerAccelInput){(uint32_t)scene.triangle_count, (uint32_t)scene.wedge_count, scene.vertices,
+                              (const uint32_t (*)[3])scene.triangles, (const uint32_t (*)[2])m.edges};
+    assert_true(m.in.edge_count > m.in.triangle_count);
+    Seen seen = seen_new(&m);
+    for (int k = 0; k < NAMES; k++) {
+        KellerAccel *accel = accel_of(&m, names[k], 0, 1);
+        for (uint32_t q = 0; q < 6; q++) {
+            KellerCone c = model_cone(&m, q, &r);
+            check_ray(&m, accel, &c, (KellerRange){0, INFINITY}, c.directrix, &seen);
+            check_cone(&m, accel, &c, (KellerRange){0, INFINITY}, q % 2, &seen);
+        }
+        keller_accel_free(accel);
+    }
+    seen_free(&seen);
+    free(m.edges);
+    keller_scene_free(&scene);
+    keller_soup_free(&soup);
+}
+
 /* Visitors that shorten the query still see what is nearer than where they cut. */
 static double shorten(void *context, uint32_t i, KellerRange range)
 {
@@ -433,6 +465,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_naive),
+        cmocka_unit_test(same_as_naive_in_munich),
         cmocka_unit_test(shortened),
         cmocka_unit_test(same_for_threads),
         cmocka_unit_test(watertight),
