@@ -56,7 +56,8 @@ static int neighbour(const KellerAccel *a, const Candidates *c, size_t self, uin
     return found;
 }
 
-/* Takes the surface around a candidate into stack[0 .. *taken); false if it has a free edge or leaves the frustum. */
+/* Takes the whole surface around a candidate into stack[0 .. *taken), which has room for all candidates; false if it has a free
+ * edge, leaves the frustum or has more than `most` triangles. A part of it alone would say nothing. */
 static bool follow(const KellerAccel *a, const KellerCone *cone, KellerRange clip, Candidates *c, size_t start, size_t most,
                    size_t *stack, size_t *taken)
 {
@@ -70,19 +71,21 @@ static bool follow(const KellerAccel *a, const KellerCone *cone, KellerRange cli
         if (!(s->range.near > clip.near && s->range.far < clip.far)) closed = false;
         for (int j = 0; j < 3; j++) {
             uint32_t u = t[j], v = t[(j + 1) % 3];
-            if (u == v) return false;
+            if (u == v) {
+                closed = false;
+                continue;
+            }
             if (!keller_cone_meets_edge(cone, a->input.vertices[u], a->input.vertices[v], (KellerRange){0, INFINITY})) continue;
             int other = neighbour(a, c, stack[next], u, v);
             if (other < 0) {
                 closed = false;
             } else if (!c->list[other].taken) {
-                if (*taken == most) return false;
                 c->list[other].taken = true;
                 stack[(*taken)++] = (size_t)other;
             }
         }
     }
-    return closed;
+    return closed && *taken <= most;
 }
 
 /* Does the axis pass the surface an odd number of times? A hit on an edge or a corner is not counted for sure: no. */
@@ -105,6 +108,7 @@ bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone,
                                uint32_t *triangles, size_t *count, KellerAccelWork *work)
 {
     *count = 0;
+    if (most > accel->input.triangle_count) most = accel->input.triangle_count;
     if (most == 0) return false;
     /* of the cone without its ends, so that a triangle's part in front of or behind them is seen */
     KellerCone whole = *cone;

@@ -174,10 +174,32 @@ static void never_wrong(void **state)
     }
 }
 
+/* Two triangles of one surface, which one cannot stand for: where only one may be named the answer is no, and so it is for
+ * two, since rays pass beside them. */
+static void not_by_a_part(void **state)
+{
+    (void)state;
+    const KellerVec3 vertices[] = {{-1, -50, 5}, {-1, 50, 5}, {-1.5, 0, 4.9}, {90, 0, 5}};
+    const uint32_t triangles[2][3] = {{0, 1, 2}, {1, 0, 3}};
+    KellerAccelInput in = {.triangle_count = 2, .vertices = vertices, .triangles = triangles};
+    KellerCone c = keller_cone_round(v3(0, 0, 0), v3(0, 0, 1), 0.5);
+    for (int k = 0; k < NAMES; k++) {
+        KellerAccel *accel;
+        KellerAccelWork work = {0};
+        uint32_t named[3];
+        size_t count;
+        assert_int_equal(keller_accel_new(&in, &(KellerAccelOptions){.name = names[k]}, &accel, NULL), KELLER_OK);
+        assert_false(keller_accel_ray_any(accel, c.origin, v3(-2.5, 0, 5), (KellerRange){0, INFINITY}, &work));
+        for (size_t most = 0; most <= 3; most++)
+            assert_false(keller_accel_cone_blocked(accel, &c, (KellerRange){0, INFINITY}, most, named, &count, &work));
+        keller_accel_free(accel);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(by_a_wall),
+        cmocka_unit_test(not_by_a_part), cmocka_unit_test(by_a_wall),
         cmocka_unit_test(by_a_closed_surface),
         cmocka_unit_test(never_wrong),
     };
