@@ -74,6 +74,7 @@ size_t keller_accel_bytes(const KellerAccel *accel);
 
 /* ---- rays ------------------------------------------------------------------------------------------------------- */
 
+/* Directions are of any length from 1e-15 to 1e15 m, coordinates below 1e15 m: leaves are in single precision. */
 typedef struct {
     double t;                       /* in units of the direction's length */
     uint32_t triangle;
@@ -111,7 +112,8 @@ typedef struct {
 
 typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange range);
 /* Calls visit(context, triangle, range) for every triangle that the cone meets within `clip`, with the range of
- * keller_cone_triangle, and visit_edge for every edge or wedge, with that of keller_cone_edge: each once, nearer boxes first but
+ * keller_cone_triangle, and visit_edge for every edge or wedge, with that of keller_cone_edge, or, for what is surely inside the
+ * cone, that of its vertices widened by KELLER_CONE_SLACK_FLOAT of the coordinates: each once, nearer boxes first but
  * in no exact order. Either may be NULL. They return the far end of the range still of interest (INFINITY: all), so that a
  * caller who found a wall can shorten the rest of the query. */
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,

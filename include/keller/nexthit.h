@@ -76,7 +76,7 @@ void keller_nexthit_free(KellerNexthit *it);
 /* Bytes held. */
 size_t keller_nexthit_bytes(const KellerNexthit *it);
 
-/* Begins with a ray (direction finite, not zero; t in units of its length) or a cone (clipped to its own z range too), hits
+/* Begins with a ray (direction as in keller/accel.h; t in units of its length) or a cone (clipped to its own z range too), hits
  * within the closed range `clip`; what went on before is forgotten. Nothing is searched yet. The accelerator must outlive the
  * iteration; `options`, and the keys it points to, need not. Errors: KELLER_BAD_INPUT (QUEUE over a "kdtree"). */
 KellerStatus keller_nexthit_ray(KellerNexthit *it, const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction,

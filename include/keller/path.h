@@ -46,10 +46,10 @@ typedef struct {
 typedef bool (*KellerPathFound)(void *context, const KellerPath *path);
 /* Solves one candidate sequence of `count` <= KELLER_MAX_BENDS reflections and diffractions exactly between two
  * points and tests its validity in the scene: mirror images for faces, the shortest path for the wedges, each point inside
- * its face or edge, each leg free but for at most `transmissions` slabs on all legs together (count + transmissions <=
- * KELLER_MAX_INTERACTIONS), which become steps of their own. Calls found(context, path) for each path: one at most, but on a
- * boundary of the path, such as the edge of a wall that it may pass through or go by, one for each set of slabs that
- * the surroundings pass through, with their share as its weight. Returns false if found did. */
+ * its face or edge, each leg free but for at most `transmissions` slabs on all legs together (and no more than makes
+ * KELLER_MAX_INTERACTIONS with the others), which become steps of their own. Calls found(context, path) for each path: one
+ * at most, but on a boundary of the path, such as the edge of a wall that it may pass through or go by, one for each set of
+ * slabs that the surroundings pass through, with their share as its weight. Returns false if found did. */
 bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
                        const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
                        KellerAccelWork *work);

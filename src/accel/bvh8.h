@@ -17,7 +17,7 @@ typedef struct {
     uint32_t node_count, leaf_count;
 } Bvh8;
 
-/* Each level of the binary tree leaves at most one sibling waiting, and the collapsed tree's levels are no more. */
+/* A level leaves at most seven siblings waiting, and there are no more levels than in the binary tree. */
 enum { BVH8_STACK = 7 * (SAH_DEPTH + 32 + 8) + 8 };
 
 /* A thin, plain frustum or a ray in registers: which side of a box it enters by, and the slabs of both sides. */

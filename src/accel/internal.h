@@ -8,7 +8,8 @@
 #include "accel/sah.h"
 #include "keller/accel.h"
 
-/* Up to eight triangles or edges, corner j of lane i at corner[j].p[.][i]; unused lanes repeat lane 0. 32-byte aligned. */
+/* Up to eight triangles or edges, corner j of lane i at corner[j].p[.][i]; unused lanes repeat the last used one, or hold
+ * NaN where none is. 32-byte aligned. */
 typedef struct {
     KellerVertex8 corner[3];
     uint32_t id[8];                 /* KELLER_NONE in unused lanes */

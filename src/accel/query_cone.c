@@ -28,6 +28,7 @@ typedef struct {
     bool thin;
     KellerRange clip, whole;        /* still of interest; of the cone and the query both, which ranges are cut to */
     Wanted wanted;
+    bool exact;                     /* ranges of contained primitives, too, are those of the double-precision tests */
     double depth;                   /* WINDOW: of the window behind the nearest triangle */
     Seen *seen;
     KellerVisitCone visit, visit_edge; /* ALL, WINDOW: NULL where not wanted */
@@ -48,6 +49,7 @@ static inline void query(Query *q, const KellerAccel *a, const KellerCone *cone,
     q->thin = !cone_lanes_wide(&q->lanes);
     q->wanted = wanted;
     q->depth = 0;
+    q->exact = wanted != ALL;
     q->seen = NULL;
     q->visit = q->visit_edge = NULL;
     q->context = NULL;
@@ -129,7 +131,7 @@ static inline __attribute__((always_inline)) float finish(Query *q, uint32_t mas
             return -INFINITY;
         }
         /* the nearest, and what begins no farther, are told by their exact ranges */
-        if (!inside || q->wanted != ALL) {
+        if (!inside || q->exact) {
             KellerVec3 v[3];
             if (count == 3) triangle_in(a, triangles, i, v);
             else edge_in(a, edges, i, v);
@@ -189,7 +191,7 @@ static float visit_leaf(void *context, uint32_t leaf, bool inside, float far)
 {
     Query *q = context;
     const KellerAccel *a = q->accel;
-    if (q->visit_edge) /* on their way while the triangles are tested */
+    if (q->visit_edge && a->edge_begin[leaf] < a->edge_begin[leaf + 1]) /* on their way while the triangles are tested */
         for (size_t i = 0; i < sizeof(EdgeBlock); i += 64) __builtin_prefetch((const char *)&a->edges[a->edge_begin[leaf]] + i);
     if (a->triangles && (q->visit || q->wanted != ALL)) far = visit_triangles(q, &a->triangles[leaf], inside, far);
     if (!q->visit_edge) return far;

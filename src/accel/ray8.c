@@ -7,11 +7,14 @@
  * for 6). Sheared coordinates x' = x - Sx z, y' = y - Sy z with |Sx|, |Sy| <= 1 are off by less than 12 each: vertex and
  * origin rounded, two differences, Sx and a product (9), the vertex's shares (2). An edge function b x c is off by
  * error (|b| + |c| + error), error being 2 x 12 for the coordinates and the rest for its own roundings. t of a corner is off
- * by 8 |1/d|, and the mean of three t, with weights of one sign, by 5 more. The last two have 1e-4 of themselves to spare for
- * being rounded to nearest. */
+ * by 8 |1/d|, and the mean of three t with weights of one sign by 7 more (sum, inverse, two products, two sums), its ends by 2.
+ * The last two bounds have 1e-4 of themselves to spare for being rounded to nearest.
+ *
+ * Nothing of it may underflow: no M counts as less than FLOOR, so that what is surely hit has areas of 1e-30 m^2 or more. */
 #define BOX_ERROR (8 * UNIT)
 #define EDGE_ERROR (1.0001 * 24 * UNIT)
-#define T_ERROR (1.0001 * 16 * UNIT)
+#define T_ERROR (1.0001 * 20 * UNIT)
+#define FLOOR 1e-9
 
 void ray8_make(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, KellerRange clip, Ray8 *q, KellerConeLanes *l)
 {
@@ -19,7 +22,7 @@ void ray8_make(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, Ke
     const double o[3] = {from.x, from.y, from.z}, d[3] = {direction.x, direction.y, direction.z};
     double x = fabs(d[0]), y = fabs(d[1]), z = fabs(d[2]), most = greater(x, greater(y, z));
     int last = z >= most ? 2 : y >= most ? 1 : 0;
-    double reach = a->size + greater(fabs(o[0]), greater(fabs(o[1]), fabs(o[2]))), width = BOX_ERROR * reach;
+    double reach = a->size + greater(fabs(o[0]), greater(fabs(o[1]), fabs(o[2]))) + FLOOR, width = BOX_ERROR * reach;
     d4 D = d4_set(d[0], d[1], d[2], d[last]), sign = d4_or(d4_set1(1), d4_and(d4_set1(-0.0), D)), at = d4_set(o[0], o[1], o[2], 0);
     d4 rate = d4_div(sign, d4_max(d4_abs(D), d4_set1(0x1p-26 * most)));
     double rates[4];

@@ -55,8 +55,11 @@ static inline uint32_t ray8_sure(const Ray8 *q, const Ray8Block *b, float near, 
     f8 above = f8_min(f8_sub(e[0], bound[0]), f8_min(f8_sub(e[1], bound[1]), f8_sub(e[2], bound[2]))), zero = f8_set1(0);
     f8 below = f8_max(f8_add(e[0], bound[0]), f8_max(f8_add(e[1], bound[1]), f8_add(e[2], bound[2])));
     f8 sum = f8_add(e[0], f8_add(e[1], e[2])), off = f8_add(bound[0], f8_add(bound[1], bound[2]));
-    f8 mean = f8_div(f8_add(f8_mul(e[0], t[0]), f8_add(f8_mul(e[1], t[1]), f8_mul(e[2], t[2]))), sum);
-    f8 wrong = f8_div(f8_mul(f8_sub(b->last, b->first), f8_mul(off, f8_set1(1.001f))), f8_sub(f8_abs(sum), off));
+    /* quotients first: products of areas and lengths would leave single precision sooner */
+    f8 inverse = f8_div(f8_set1(1), sum);
+    f8 mean = f8_add(f8_mul(f8_mul(e[0], inverse), t[0]),
+                     f8_add(f8_mul(f8_mul(e[1], inverse), t[1]), f8_mul(f8_mul(e[2], inverse), t[2])));
+    f8 wrong = f8_mul(f8_div(f8_mul(off, f8_set1(1.001f)), f8_sub(f8_abs(sum), off)), f8_sub(b->last, b->first));
     f8 margin = f8_add(wrong, f8_set1(q->t_error)), begin = f8_sub(mean, margin), end = f8_add(mean, margin);
     f8 one_side = f8_or(f8_lt(zero, above), f8_lt(below, zero));
     f8_store(low, f8_max(f8_blend(one_side, begin, b->first), b->first));

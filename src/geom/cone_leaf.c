@@ -127,7 +127,7 @@ static inline f8 radius(const KellerConeLanes *c, f8 z)
  * the triangle by the line of a side if its middle is farther from it than that, on the outer side; which side that is need
  * not be known: the middle is left of one side's line, and right of another's, only if it is outside. Where all three cross
  * products have one sign beyond their errors, the directrix passes through the triangle, at their mean of z, which is off as
- * derived in accel/query_ray.c, and by 10.4 u M for z and 5 u M for the mean: less than the slack of z. */
+ * derived in accel/ray8.h, and by 10.4 u M for z and 5 u M for the mean: less than the slack of z. */
 uint32_t keller_cone_pierces_triangle8(const KellerConeLanes *cone, const KellerVertex8 vertices[3], float *near, float *far,
                                        uint32_t *pierced, float *at)
 {

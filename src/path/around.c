@@ -145,6 +145,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     bool boundary = false;
     KellerPath path, whole;
     Crossings crossings;
+    if (transmissions > KELLER_MAX_INTERACTIONS - count) transmissions = (uint32_t)(KELLER_MAX_INTERACTIONS - count); /* room in a path */
     crossings.most = transmissions;
     crossings.count = 0;
     if (!path_solve_sequence(scene, accel, tx, rx, count, steps, false, &path, &crossings, &boundary, work)) return true;

@@ -291,6 +291,33 @@ static void same_as_naive(void **state)
     assert_true(hits > 4000 && cone_hits > 200000);
 }
 
+/* Rays in models of a size from a hair's hundredth to a planetary orbit, with directions as long as they may be. */
+static void rays_of_any_scale(void **state)
+{
+    (void)state;
+    static const double sizes[] = {1e-14, 1e-7, 1, 1e10}, lengths[] = {1e-15, 1e-9, 1, 1e9, 1e15};
+    Random r = {77};
+    uint64_t hits = 0;
+    for (uint32_t s = 0; s < 4; s++) {
+        Model m = model_make(s % 2 ? MODEL_SPREAD : MODEL_ROOM, 400, &r);
+        for (uint32_t i = 0; i < m.vertex_count; i++) m.vertices[i] = v3_scale(m.vertices[i], sizes[s]);
+        m.size *= sizes[s];
+        Seen seen = seen_new(&m);
+        for (uint32_t k = 0; k < NAMES; k++) {
+            KellerAccel *accel = accel_of(&m, names[k], 0, 1);
+            for (uint32_t q = 0; q < 500; q++) {
+                KellerCone c = model_cone(&m, q, &r);
+                double length = lengths[q % 5], far = q % 3 == 1 ? random_in(&r, 0, 2) * m.size / length : INFINITY;
+                hits += check_ray(&m, accel, &c, (KellerRange){0, far}, v3_scale(c.directrix, length), &seen);
+            }
+            keller_accel_free(accel);
+        }
+        seen_free(&seen);
+        model_free(&m);
+    }
+    assert_true(hits > 4000);
+}
+
 /* The same on a real scene and its wedges. Skipped without the scenes. */
 static void same_as_naive_in_munich(void **state)
 {
@@ -465,6 +492,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_naive),
+        cmocka_unit_test(rays_of_any_scale),
         cmocka_unit_test(same_as_naive_in_munich),
         cmocka_unit_test(shortened),
         cmocka_unit_test(same_for_threads),
