@@ -99,8 +99,8 @@ typedef struct {
     Side forward, backward;
     bool on_leg;
     KellerVec3 tx;
-    uint32_t receivers;
-    const KellerVec3 *rx;
+    uint32_t receivers, hull_count;
+    const KellerVec3 *rx, *hull;
 } Job;
 
 static void step_of(StepCode code, KellerStep *step)
@@ -147,6 +147,10 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     }
     bool at_edge = !job->on_leg && code_is_wedge(codes[a - 1]);
     if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, at_edge ? lit : NULL, &useful)) return true;
+    if (useful && job->receivers > 1 && !sieve_passes_hull(&sieve, job->hull_count, job->hull)) {
+        work->candidates++;
+        return true;
+    }
     for (uint32_t r = 0; r < job->receivers; r++) {
         if (useful && !sieve_passes(&sieve, job->rx[r])) work->candidates++;
         else if (!solve_sequence(job->limits, job->tx, job->rx[r], a + b, steps, &lists[r], work)) return false;
@@ -243,14 +247,16 @@ static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, 
 }
 
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
-                       const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error)
+                       const KellerVec3 *rx, uint32_t hull_count, const KellerVec3 *hull, PathList *lists, JoinWork *work,
+                       KellerError *error)
 {
     bool ok = true;
     for (uint32_t r = 0; r < count && ok; r++) /* line of sight */
         ok = solve_sequence(limits, tx, rx[r], 0, NULL, &lists[r], work);
     for (Pattern p = 2; p < 2u << limits->bends && ok; p++) {
         if (!plan_asks(limits->reflections, limits->diffractions, p)) continue;
-        Job job = {.limits = limits, .tx = tx, .receivers = count, .rx = rx};
+        Job job = {.limits = limits, .tx = tx, .receivers = count, .rx = rx,
+                   .hull_count = hull_count, .hull = hull};
         size_t group_count = 0;
         choose_meeting(&job, forward, backward, p, &group_count);
         if (group_count == 0) continue;

@@ -34,10 +34,10 @@ typedef struct {
     KellerAccelWork accel;
 } JoinWork;
 
-/* Finds all paths from tx to each of `count` receivers: appends to lists[i]. The order within a list is arbitrary.
+/* Finds all paths from tx to each of `count` receivers, which are in the hull of the points hull[0 .. hull_count): appends to lists[i]. The order within a list is arbitrary.
  * KELLER_FAILED: memory. */
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
-                       const KellerVec3 *rx, PathList *lists, JoinWork *work, KellerError *error);
+                       const KellerVec3 *rx, uint32_t hull_count, const KellerVec3 *hull, PathList *lists, JoinWork *work, KellerError *error);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
                          TreeWork *work, KellerError *error);

@@ -16,7 +16,7 @@ Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids)
     uint32_t k = pattern_length(pattern), wedges = pattern_wedges(pattern), half = (bends + 1) / 2, m = k < half ? k : half;
     uint32_t first = 1; /* the receiver's first wedge */
     while (first <= k && !wedge_at(pattern, first)) first++;
-    if (wedges == 0 || (grids && first > half)) return (Meeting){k + 1 - m, m};
+    if (wedges == 0 || (grids && first > half + 1)) return (Meeting){k + 1 - m, m};
     if (grids && first < k && wedge_at(pattern, first + 1)) return (Meeting){k - first, first};
     if (grids || wedges == 1) return (Meeting){k + 1 - first, first};
     uint32_t best = 0, nearest = UINT32_MAX, passed = 0, ideal = (wedges + 1) / 2;

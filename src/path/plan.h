@@ -17,8 +17,8 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
 /* Where the ends meet for a pattern of at least one step, of `bends` at most. A fan from a wedge costs more than anything else,
  * so the fewer the better. For points they meet on a leg between wedges that follow each other, so that neither fans out from
  * these, as near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. For grids the
- * receivers' side, which cannot fan out, goes at most half the way and at most to its first wedge, and the transmitter's, whose
- * tree serves all patches, does the rest. */
+ * receivers' side, which cannot fan out, goes at most half the way, or one step farther to its first wedge, and the
+ * transmitter's, whose tree serves all patches, does the rest. */
 Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids);
 
 /* Fills the plans of both ends, which plan_init has made; so that for every kind of path the two ends meet. */

@@ -77,6 +77,35 @@ static bool passes_faces(const Sieve *s, const KellerVec3 *image, KellerVec3 tar
     return true;
 }
 
+bool sieve_passes_hull(const Sieve *s, uint32_t count, const KellerVec3 *hull)
+{
+    if (s->wedge == s->count) return true;
+    const KellerWedge *w = &s->scene->wedges[s->step[s->wedge].id];
+    double low = INFINITY, high = -INFINITY, near = INFINITY, far = 0, rounding = s->rounding, across = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        KellerVec3 p = hull[k];
+        double z, rho;
+        rounding = greater(rounding, path_rounding(s->scene, p));
+        across = greater(across, v3_distance(hull[0], p));
+        for (uint32_t i = s->count; i-- > s->wedge + 1;) {
+            const KellerFace *f = &s->scene->faces[s->step[i].id];
+            p = v3_mirror_point(p, f->normal, f->offset);
+        }
+        from_edge(w, p, &z, &rho);
+        low = lesser(low, z);
+        high = greater(high, z);
+        near = lesser(near, rho);
+        far = greater(far, rho);
+    }
+    near = greater(0, near - across); /* points between corners may be nearer than these */
+    if (!(s->rho > 0)) return true;
+    double least = s->rho / (s->rho + far), most = s->rho / (s->rho + near), margin = 8 * rounding;
+    low -= s->z;
+    high -= s->z;
+    double first = s->z + lesser(low * least, low * most), last = s->z + greater(high * least, high * most);
+    return last >= s->lit[0] - margin && first <= s->lit[1] + margin;
+}
+
 bool sieve_passes(const Sieve *s, KellerVec3 rx)
 {
     double rounding = greater(s->rounding, path_rounding(s->scene, rx));

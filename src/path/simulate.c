@@ -108,7 +108,7 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     double middle = omp_get_wtime();
     if (status != KELLER_OK) return status;
     status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
-                       lists, &join_work, error);
+                       hull_count, hull, lists, &join_work, error);
     ends_free(&backward);
     for (uint32_t i = 0; i < unit->count; i++) {
         path_list_merge_corners(s->scene, &lists[i]);
@@ -279,13 +279,14 @@ static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVe
 
 /* For the longest paths with a wedge next to one end, the other end need only look for wedges that this end sees. With
  * many receivers nearly all are seen by one or another, so there the transmitter looks for all. */
-static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *error)
+static KellerStatus find_targets(Simulation *s, bool grids, TreeWork *work, KellerError *error)
 {
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
     if (c->diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
+    if (grids) return status;
     for (size_t i = 0; i < c->set_count; i++) {
         if (c->sets[i].kind == KELLER_SET_GRID) continue;
         total += c->sets[i].count;
@@ -315,7 +316,7 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     TreeWork work = {0};
     double start = omp_get_wtime();
     s->backward = forward;
-    KellerStatus status = grids ? KELLER_OK : find_targets(s, &work, error);
+    KellerStatus status = find_targets(s, grids, &work, error);
     if (status != KELLER_OK) return status;
     if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
         return keller_error_memory(error, (size_t)4 << s->join.bends);

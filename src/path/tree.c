@@ -20,6 +20,7 @@ enum {
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
 static const double FAN_CELL = M_PI / 5;    /* widest cone of a fan, around the edge and along beta */
+static const double NEARBY = 0.025;         /* where most of what is seen is, in diagonals of the scene */
 static const double PAD = 1e-9;             /* relative widening of slopes, far above their rounding */
 
 typedef struct {
@@ -439,9 +440,9 @@ static void process(Search *s, const Beam *beam)
     q.slabs.most -= beam->passed;
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0 && b->source_count == 1;
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : MUCH_LAST;
-    /* A window narrower than the sources look wide across the scene parts nothing from anything. */
+    /* a window narrower than the sources look wide from most things parts nothing from anything */
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
-    q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));
+    q.may_split = wide > greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     KellerRange clip = {q.start_near, INFINITY};
     if (!targets_only) keller_accel_cone(l->accel, &q.cone, clip, visit_triangle, NULL, &q, &s->work.accel);
