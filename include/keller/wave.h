@@ -84,6 +84,12 @@ void keller_utd_slopes(double n, double phi, double phi_incident, double sin_bet
  * is below 1e-12. Takes 128 values of the Faddeeva function. */
 double complex keller_double_edge(double k, double d1, double d2, double d3, double h1, double h2);
 
+/* The transition function of two edges in a row, over the product of both edges' own, F(x1^2/2) F(x2^2/2): what the product of two
+ * coefficients is to be multiplied with where an edge lies in the other one's transition zone. x = 2 sqrt(kL) |sin(eps/2)| >= 0 of
+ * each edge, eps the angle to the pole; |r| < 1 the coupling of the edges, positive where a ray from pole to pole passes both on
+ * the same side, for parallel edges sqrt(d1 d3/((d1 + d2)(d2 + d3))). 1 for r = 0. Relative error below 1e-12. */
+double complex keller_edge_pair(double x1, double x2, double r);
+
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */
 #define KELLER_BOUNDARY_ANGLE 1e-9

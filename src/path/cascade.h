@@ -2,15 +2,17 @@
 #ifndef KELLER_PATH_CASCADE_H
 #define KELLER_PATH_CASCADE_H
 #include "path/internal.h"
+#include "wave/chain.h"
 
-/* Distances (m) before and behind each diffraction, in order, to give to keller_diffract_field. */
+/* How each diffraction, in order, stands in the tube: see ChainPlace. */
 typedef struct {
     uint32_t count;
-    double before[KELLER_MAX_BENDS], behind[KELLER_MAX_BENDS];
+    double before, behind;      /* m: of a single diffraction, the lengths of the path on both sides of the edge */
+    ChainPlace place[KELLER_MAX_BENDS]; /* of several */
 } Cascade;
 
-/* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for what
- * keller_diffract_field puts to it with these distances. docs/theory.md, "Several diffractions". Exchanging the ends exchanges
- * the distances and leaves the field's magnitude as it is, to rounding. */
+/* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for the coefficients
+ * (and for the spreading that keller_diffract_field gives a single one). docs/theory.md, "Several diffractions". Exchanging the
+ * ends reverses the places and leaves the factor as it is, to rounding. */
 double path_cascade(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, Cascade *cascade);
 #endif

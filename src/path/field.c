@@ -52,6 +52,48 @@ static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVe
     return v3_madd(outwards, scene->faces[w->face[0]].normal, beside);
 }
 
+/* Two waves on their way, the transmitted components: behind the first of several edges each is the sum of a chain's parts. */
+typedef struct {
+    double k;
+    uint32_t edges;             /* of the chain, behind it */
+    KellerCVec3 e[2];
+    Chain chain;                /* where there are */
+} Wave;
+
+static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec3 in, const KellerMedium *media, Wave *wave)
+{
+    KellerCVec3 (*through)(const KellerMedium *, KellerVec3, KellerVec3, double, KellerCVec3) =
+        kind == KELLER_REFLECTION ? keller_reflect_field : keller_transmit_field;
+    const KellerMedium *medium = &media[f->material];
+    if (wave->edges == 0) {
+        for (int j = 0; j < 2; j++) wave->e[j] = through(medium, f->normal, in, wave->k, wave->e[j]);
+        return;
+    }
+    for (int j = 0; j < 2; j++)
+        for (int a = 0; a < 4; a++) {
+            wave->chain.whole[j][a] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a]);
+            wave->chain.rest[j][a] = through(medium, f->normal, in, wave->k, wave->chain.rest[j][a]);
+        }
+}
+
+static void diffract(const KellerScene *scene, const KellerPath *path, uint32_t i, const Cascade *cascade,
+                     const KellerMedium *media, Wave *wave)
+{
+    KellerWedgeWave wedge = wave_at(scene, path->step[i].id, media);
+    KellerVec3 in = path->leg[i], out = path->leg[i + 1];
+    if (cascade->count == 1) {
+        for (int j = 0; j < 2; j++)
+            wave->e[j] = keller_diffract_field(&wedge, in, out, cascade->before, cascade->behind, wave->k, wave->e[j]);
+        return;
+    }
+    ChainPlace place = cascade->place[wave->edges];
+    if (wave->edges > 0) in = v3_scale(on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
+    if (wave->edges + 1 < cascade->count) out = on_one_side(scene, path->step[i].id, out);
+    if (wave->edges > 0) chain_next(&wedge, in, out, place, &wave->chain);
+    else chain_begin(&wedge, in, out, place, wave->k, wave->e, &wave->chain);
+    wave->edges++;
+}
+
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
@@ -59,31 +101,22 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
     KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
     keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
     keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
-    KellerCVec3 e[2] = {complex_vector(theta_tx), complex_vector(phi_tx)};
     Cascade cascade;
+    Wave wave = {.k = k, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
     double spreading = path_cascade(scene, path, tx, &cascade);
-    uint32_t edge = 0;
     for (uint32_t i = 0; i < path->count; i++) {
-        if (path->step[i].kind == KELLER_REFLECTION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
-        } else if (path->step[i].kind == KELLER_TRANSMISSION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
-        } else {
-            KellerWedgeWave wave = wave_at(scene, path->step[i].id, media);
-            KellerVec3 in = path->leg[i], out = path->leg[i + 1];
-            if (edge > 0) in = v3_scale(on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
-            if (edge + 1 < cascade.count) out = on_one_side(scene, path->step[i].id, out);
-            for (int j = 0; j < 2; j++)
-                e[j] = keller_diffract_field(&wave, in, out, cascade.before[edge], cascade.behind[edge], k, e[j]);
-            edge++;
-        }
+        const KellerStep *step = &path->step[i];
+        if (step->kind == KELLER_DIFFRACTION)
+            diffract(scene, path, i, &cascade, media, &wave);
+        else
+            meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
     }
+    if (cascade.count > 1)
+        for (int j = 0; j < 2; j++) wave.e[j] = chain_field(&wave.chain, j);
     double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
     double complex common = path->weight * absorbed * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
     for (int j = 0; j < 2; j++) {
-        transfer[0 + j] = common * component(e[j], theta_rx);
-        transfer[2 + j] = common * component(e[j], phi_rx);
+        transfer[0 + j] = common * component(wave.e[j], theta_rx);
+        transfer[2 + j] = common * component(wave.e[j], phi_rx);
     }
 }
