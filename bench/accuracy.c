@@ -8,17 +8,21 @@
  *   lossy      a wedge of a half-space's material against Maliuzhinets' exact impedance wedge, by model
  *   edges      two screens: the paths of this program, the product of coefficients, the product with slopes, and three
  *              constructions, by the smaller of the two local Fresnel numbers
+ *   boundary   a kind of boundary of paths in a scene: the largest jump of the field on lines across it
  * and columns:
- *   max_dB, rms_dB  the error's size over the incident field's (lossy: over that of a field 1/sqrt(kr)), in dB
+ *   max_dB, rms_dB  the error's size over the incident field's (lossy: over that of a field 1/sqrt(kr)), in dB; boundary: the
+ *                   jump over the free field
  *   level_dB        conductor, lossy: the largest error of the level in the shadow; edges: of the loss
  *   theory_dB       conductor: the largest error of the table's own uniform theory, as max_dB
  * --curves writes the curves behind the pictures (accuracy.h); tools/accuracy.sh draws them. Status 1 if a conductor's error is
- * larger than the theory's own or paths over two screens are off by 0.3 dB, 2 on wrong usage. */
+ * larger than the theory's own or paths over two screens are off by 0.3 dB or the
+ * field jumps, 2 on wrong usage. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "../tests/analytic/continuity.h"
 #include "../tests/analytic/double_edge_forms.h"
 #include "../tests/analytic/knife_scene.h"
 #include "../tests/analytic/lossy_errors.h"
@@ -206,6 +210,21 @@ static bool edges(const char *truth)
     return worst[0][0] > 0.3 || worst[0][1] > 0.3 || worst[0][2] > 0.3;
 }
 
+/* ---- boundaries --------------------------------------------------------------------------------------------------- */
+
+static bool boundaries(void)
+{
+    Jump jumps[CONTINUITY_KINDS];
+    bool wrong = false;
+    continuity_measure(jumps);
+    for (int i = 0; i < CONTINUITY_KINDS; i++) {
+        if (csv) print_row("boundary", "", jumps[i].kind, "", "", 1, (double[]){decibels(jumps[i].jump), NAN, NAN, NAN});
+        else printf("%-10s %-58s %8.1f\n", "boundary", jumps[i].kind, decibels(jumps[i].jump));
+        wrong |= !(jumps[i].jump < jumps[i].bound);
+    }
+    return wrong;
+}
+
 int main(int argc, char **argv)
 {
     const char *truth = "../shared/truth", *curves = NULL;
@@ -231,6 +250,7 @@ int main(int argc, char **argv)
     bool wrong = conductors(truth);
     lossy();
     wrong |= edges(truth);
+    wrong |= boundaries();
     if (curves && !accuracy_curves(curves, truth)) return 1;
     return wrong;
 }

@@ -85,7 +85,7 @@ typedef struct {
     uint32_t reflections, diffractions, transmissions, interactions;
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
-    KellerWedgeModel wedge_model; /* the caller puts it and air into the scene that is simulated */
+    KellerWedgeModel wedge_model; /* the caller puts it, air and transmissions into the scene to simulate */
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
     uint32_t threads;           /* 0: all */

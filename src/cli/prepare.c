@@ -43,6 +43,7 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     if (status == KELLER_OK) status = keller_build_scene_of(p->config.scene_file, &p->soup, &p->scene, error);
     p->scene.wedge_model = p->config.wedge_model;
     p->scene.air = p->config.air;
+    p->scene.transmissions = p->config.transmissions;
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;

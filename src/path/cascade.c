@@ -82,37 +82,59 @@ static void find_tube(const KellerScene *scene, const KellerPath *path, KellerVe
     c->leg[c->count] = path->length - walked;
 }
 
-/* Points across the ray at the edges, a in the plane of ray and edge, b out of it: half the quadratic form P of all of them is
- * what a way through them is longer, with blocks (1/s_i + 1/s_(i+1)) on the diagonal and -R(turn)/s beside it. A ray over the edges
- * is stationary in a; what is left for b is Q = P_bb - P_ba (P_aa)^-1 P_ab. Only neighbours are looked at. */
-static void couple(const Tube *c, double coupling[])
+/* Points across the ray at the edges, a in the plane of ray and edge, b out of it: a way through them is longer by half the quadratic
+ * form P of all of them, with 1/s_i + 1/s_(i+1) on the diagonal and -R(turn)/s beside it. */
+typedef struct {
+    uint32_t n;
+    double diagonal[KELLER_MAX_BENDS], pivot[KELLER_MAX_BENDS]; /* the pivots are P_aa's */
+    double along[KELLER_MAX_BENDS];     /* [i]: a_i to a_(i+1), b_i to b_(i+1) */
+    double beside[KELLER_MAX_BENDS];    /* [i]: a_i to b_(i+1), and -b_i to a_(i+1) */
+} Quadratic;
+
+static Quadratic quadratic_of(const Tube *c)
+{
+    Quadratic p = {.n = c->count};
+    for (uint32_t i = 0; i < p.n; i++) {
+        p.diagonal[i] = p.pivot[i] = 1 / c->leg[i] + 1 / c->leg[i + 1];
+        if (i > 0) p.pivot[i] -= p.along[i - 1] * p.along[i - 1] / p.pivot[i - 1];
+        if (i + 1 == p.n) break;
+        p.along[i] = -cos(c->turn[i + 1]) / c->leg[i + 1];
+        p.beside[i] = sin(c->turn[i + 1]) / c->leg[i + 1];
+    }
+    return p;
+}
+
+/* P_aa x = what x was. */
+static void solve(const Quadratic *p, double x[])
+{
+    for (uint32_t i = 1; i < p->n; i++) x[i] -= p->along[i - 1] / p->pivot[i - 1] * x[i - 1];
+    for (uint32_t i = p->n; i-- > 0;) x[i] = (x[i] - (i + 1 < p->n ? p->along[i] * x[i + 1] : 0)) / p->pivot[i];
+}
+
+/* A ray over the edges is stationary in a; what is left for b is Q = P_bb - P_ba (P_aa)^-1 P_ab. Of it the neighbours' coupling;
+ * and how stiff each a is, with the others free. */
+static void couple(const Tube *c, double coupling[], double stiffness[])
 {
     enum { N = KELLER_MAX_BENDS };
-    double q[N][N] = {{0}}, pivot[N], along[N], beside[N];
-    uint32_t n = c->count;
-    for (uint32_t i = 0; i + 1 < n; i++) {
-        along[i] = -cos(c->turn[i + 1]) / c->leg[i + 1];   /* a to a, b to b */
-        beside[i] = sin(c->turn[i + 1]) / c->leg[i + 1];  /* a_i to b_(i+1), and -b_i to a_(i+1) */
-    }
-    for (uint32_t i = 0; i < n; i++) {
-        double diagonal = 1 / c->leg[i] + 1 / c->leg[i + 1];
-        pivot[i] = i > 0 ? diagonal - along[i - 1] * along[i - 1] / pivot[i - 1] : diagonal;
-        q[i][i] = diagonal;
-        if (i + 1 < n) q[i][i + 1] = along[i];
-    }
-    for (uint32_t j = 0; j < n; j++) {
-        double x[N] = {0}; /* (P_aa)^-1 P_ab for b_j */
-        if (j > 0) x[j - 1] = beside[j - 1];
-        if (j + 1 < n) x[j + 1] = -beside[j];
-        for (uint32_t i = 1; i < n; i++) x[i] -= along[i - 1] / pivot[i - 1] * x[i - 1];
-        for (uint32_t i = n; i-- > 0;) x[i] = (x[i] - (i + 1 < n ? along[i] * x[i + 1] : 0)) / pivot[i];
+    double q[N][N] = {{0}};
+    Quadratic p = quadratic_of(c);
+    for (uint32_t j = 0; j < p.n; j++) {
+        double x[N] = {0}, unit[N] = {0}; /* (P_aa)^-1 P_ab for b_j, and for a_j itself */
+        if (j > 0) x[j - 1] = p.beside[j - 1];
+        if (j + 1 < p.n) x[j + 1] = -p.beside[j];
+        solve(&p, x);
+        unit[j] = 1;
+        solve(&p, unit);
+        stiffness[j] = 1 / unit[j];
+        q[j][j] = p.diagonal[j];
+        if (j > 0) q[j - 1][j] = p.along[j - 1];
         for (uint32_t i = j > 0 ? j - 1 : 0; i <= j; i++) {
-            if (i > 0) q[i][j] -= beside[i - 1] * x[i - 1];
-            if (i + 1 < n) q[i][j] += beside[i] * x[i + 1];
+            if (i > 0) q[i][j] -= p.beside[i - 1] * x[i - 1];
+            if (i + 1 < p.n) q[i][j] += p.beside[i] * x[i + 1];
         }
     }
     coupling[0] = 0;
-    for (uint32_t i = 1; i < n; i++) {
+    for (uint32_t i = 1; i < p.n; i++) {
         double r = q[i - 1][i] / sqrt(q[i - 1][i - 1] * q[i][i]);
         r = greater(-closest, lesser(closest, r));
         coupling[i] = c->mirrored[i] != c->mirrored[i - 1] ? -r : r;
@@ -125,13 +147,14 @@ double path_cascade(const KellerScene *scene, const KellerPath *path, KellerVec3
     find_tube(scene, path, tx, &tube);
     cascade->count = tube.count;
     if (tube.count == 0) return 1 / path->length;
+    double coupling[KELLER_MAX_BENDS];
+    couple(&tube, coupling, cascade->along);
     if (tube.count == 1) { /* a spherical wave comes to the edge */
         cascade->before = tube.leg[0];
         cascade->behind = tube.leg[1];
         return 1 / tube.leg[0];
     }
-    double square = spread2(&tube), factor = sqrt(square), coupling[KELLER_MAX_BENDS];
-    couple(&tube, coupling);
+    double square = spread2(&tube), factor = sqrt(square);
     for (uint32_t i = 0; i < tube.count; i++) {
         Tube other = without(&tube, i);
         /* so that the coefficient's step makes good for the wave that ends at its boundary */

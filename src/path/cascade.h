@@ -9,6 +9,8 @@ typedef struct {
     uint32_t count;
     double before, behind;      /* m: of a single diffraction, the lengths of the path on both sides of the edge */
     ChainPlace place[KELLER_MAX_BENDS]; /* of several */
+    double along[KELLER_MAX_BENDS]; /* 1/m: second derivative of the path's length by its place along the edge, over sin^2 beta0, the
+                                       places on the other edges being the best ones */
 } Cascade;
 
 /* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for the coefficients

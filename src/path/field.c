@@ -37,7 +37,7 @@ static KellerWedgeWave wave_at(const KellerScene *scene, uint32_t wedge, const K
 {
     const KellerWedge *w = &scene->wedges[wedge];
     KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
-                            .model = scene->wedge_model};
+                            .model = scene->wedge_model, .transparent = scene->transmissions >= (w->n < 2 ? 2 : 1)};
     for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[w->face[j]].material];
     return wave;
 }
@@ -54,7 +54,7 @@ static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVe
 
 /* Two waves on their way, the transmitted components: behind the first of several edges each is the sum of a chain's parts. */
 typedef struct {
-    double k;
+    double k, fade;             /* rad/m; of edges that end near by */
     uint32_t edges;             /* of the chain, behind it */
     KellerCVec3 e[2];
     Chain chain;                /* where there are */
@@ -81,6 +81,7 @@ static void diffract(const KellerScene *scene, const KellerPath *path, uint32_t 
 {
     KellerWedgeWave wedge = wave_at(scene, path->step[i].id, media);
     KellerVec3 in = path->leg[i], out = path->leg[i + 1];
+    wave->fade *= path_end_fade(scene, path, i, wave->k * cascade->along[wave->edges]);
     if (cascade->count == 1) {
         for (int j = 0; j < 2; j++)
             wave->e[j] = keller_diffract_field(&wedge, in, out, cascade->before, cascade->behind, wave->k, wave->e[j]);
@@ -102,7 +103,7 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
     keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
     keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
     Cascade cascade;
-    Wave wave = {.k = k, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
+    Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
     double spreading = path_cascade(scene, path, tx, &cascade);
     for (uint32_t i = 0; i < path->count; i++) {
         const KellerStep *step = &path->step[i];
@@ -114,7 +115,7 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
     if (cascade.count > 1)
         for (int j = 0; j < 2; j++) wave.e[j] = chain_field(&wave.chain, j);
     double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
-    double complex common = path->weight * absorbed * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    double complex common = path->weight * wave.fade * absorbed * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
     for (int j = 0; j < 2; j++) {
         transfer[0 + j] = common * component(wave.e[j], theta_rx);
         transfer[2 + j] = common * component(wave.e[j], phi_rx);

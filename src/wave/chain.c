@@ -7,6 +7,9 @@ static const int by_phi[4] = {1, -1, 1, -1}, by_phi_incident[4] = {-1, 1, 1, -1}
 
 static const double smallest_distance = 1e-100; /* m */
 
+/* D1 and D2 are equal where phi = phi', but not their pairs' functions with the terms of another edge. */
+static const double blend = 0.1; /* rad: far from the boundaries, pi off */
+
 static KellerCVec3 plus(KellerCVec3 a, double complex factor, KellerCVec3 b)
 {
     return (KellerCVec3){a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z};
@@ -26,7 +29,7 @@ void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Ch
     Matrix matrix[4];
     c->k = k;
     describe(wedge, &rays, place.distance, c);
-    dyad_matrices(wedge, &rays, k, matrix);
+    dyad_matrices(wedge, &rays, blend, k, matrix);
     for (int j = 0; j < 2; j++)
         for (int a = 0; a < 4; a++) {
             c->whole[j][a] = dyad_apply(&rays, &matrix[a], e[j]);
@@ -67,7 +70,7 @@ void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Cha
     Matrix matrix[4];
     Chain before = *c;
     describe(wedge, &rays, place.distance, c);
-    dyad_matrices(wedge, &rays, c->k, matrix);
+    dyad_matrices(wedge, &rays, blend, c->k, matrix);
     for (int b = 0; b < 4; b++) {
         KellerCVec3 whole[2] = {{0, 0, 0}, {0, 0, 0}}, rest[2] = {{0, 0, 0}, {0, 0, 0}};
         for (int a = 0; a < 4; a++) {

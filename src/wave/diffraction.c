@@ -16,7 +16,7 @@ KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, K
     double complex d[4];
     keller_utd_terms(wedge->n, rays.diffracted.phi, rays.incident.phi, rays.sin_beta0, k, L, d);
     Matrix matrix[4], sum = {{{0, 0}, {0, 0}}};
-    dyad_matrices(wedge, &rays, k, matrix);
+    dyad_matrices(wedge, &rays, 0, k, matrix);
     /* sqrt(s_in/(s (s_in + s))), also for a plane wave, s_in infinite */
     double spreading = sqrt(1 / (s * (1 + s / s_in)));
     for (int i = 0; i < 4; i++)

@@ -60,16 +60,19 @@ static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, 
 /* What is the matrix of the exchanged path, for the path itself: exchanging turns both beta-hats over and transposes. */
 static Matrix exchanged(Matrix a) { return (Matrix){{{a.m[0][0], -a.m[1][0]}, {-a.m[0][1], a.m[1][1]}}}; }
 
-static Matrix mean(Matrix a, Matrix b)
+static Matrix weighted(double weight, Matrix a, Matrix b)
 {
     for (int i = 0; i < 2; i++)
-        for (int j = 0; j < 2; j++) a.m[i][j] = 0.5 * (a.m[i][j] + b.m[i][j]);
+        for (int j = 0; j < 2; j++) a.m[i][j] = weight * a.m[i][j] + (1 - weight) * b.m[i][j];
     return a;
 }
+
+static Matrix mean(Matrix a, Matrix b) { return weighted(0.5, a, b); }
 
 /* The two rays at the edge; exchanging the ends of the path exchanges the azimuths and turns cos beta0 over. */
 typedef struct {
     double phi_in, phi, sin_beta0, cos_beta0, k;
+    double outwards;            /* 1 where phi > phi', 0 where phi < phi' */
 } Rays;
 
 static Matrix there(const KellerWedgeWave *wedge, int face, const Rays *r, double coefficient_angle)
@@ -143,12 +146,40 @@ static void reciprocal_matrices(const KellerWedgeWave *wedge, const Rays *r, Mat
     double nearer0 = fmin(r->phi_in, r->phi), nearer_n = fmax(r->phi_in, r->phi);
     term[2] = mean(there(wedge, 1, r, nearer_n), back(wedge, 1, r, nearer_n));
     term[3] = mean(there(wedge, 0, r, nearer0), back(wedge, 0, r, nearer0));
-    bool outwards = r->phi > r->phi_in;
-    term[0] = outwards ? multiply(term[2], term[3]) : identity;
-    term[1] = outwards ? identity : multiply(term[3], term[2]);
+    term[0] = weighted(r->outwards, multiply(term[2], term[3]), identity);
+    term[1] = weighted(r->outwards, identity, multiply(term[3], term[2]));
 }
 
-/* ---- both ---------------------------------------------------------------------------------------------------------- */
+/* ---- faces that let waves through --------------------------------------------------------------------------------- */
+
+/* What a wave from the azimuth psi from the face, or one that leaves there, is multiplied with where it goes through: the dyad
+ * T_TE tt + T_TM pp, both in the incident ray's basis and in that of the ray straight on, whose unit vectors are turned over. */
+static Matrix transmission(const KellerWedgeWave *wedge, int face, double psi, const Rays *r)
+{
+    const KellerMedium *medium = &wedge->medium[face];
+    double c = cos(psi), g = r->cos_beta0 * sin(psi), sine2 = c * c + g * g, cosine = r->sin_beta0 * fabs(sin(psi));
+    double complex te, tm, instead = cexp(I * (r->k * medium->thickness * cosine));
+    keller_transmission(medium, cosine, r->k, &te, &tm);
+    double complex half_sum = 0.5 * instead * (tm + te), half_difference = 0.5 * instead * (tm - te);
+    double cos2 = sine2 > 1e-30 ? (c * c - g * g) / sine2 : 1;
+    double sin2 = sine2 > 1e-30 ? 2 * c * g / sine2 : 0;
+    double complex off = half_difference * (face == 0 ? sin2 : -sin2);
+    return (Matrix){{{half_sum - half_difference * cos2, off}, {off, half_sum + half_difference * cos2}}};
+}
+
+/* The step at the shadow boundary is not the whole wave, but what the body does not let through: of a screen one sheet, of
+ * another wedge the face on the source's side and the face on the receiver's. */
+static void let_through(const KellerWedgeWave *wedge, const Rays *r, Matrix term[4])
+{
+    double open = wedge->n * M_PI, nearer0 = fmin(r->phi_in, r->phi), nearer_n = fmax(r->phi_in, r->phi);
+    Matrix first = transmission(wedge, 0, nearer0, r), second = transmission(wedge, 1, open - nearer_n, r);
+    Matrix through[2] = {multiply(first, second), multiply(second, first)}, sheet = mean(first, second);
+    for (int t = 0; t < 2; t++)
+        for (int i = 0; i < 4; i++)
+            term[t].m[i / 2][i % 2] -= (t ? r->outwards : 1 - r->outwards) * (wedge->n < 2 ? through[t] : sheet).m[i / 2][i % 2];
+}
+
+/* ---- all ---------------------------------------------------------------------------------------------------------- */
 
 EdgeRays dyad_rays(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out)
 {
@@ -159,9 +190,11 @@ EdgeRays dyad_rays(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out)
     return r;
 }
 
-void dyad_matrices(const KellerWedgeWave *wedge, const EdgeRays *rays, double k, Matrix term[4])
+void dyad_matrices(const KellerWedgeWave *wedge, const EdgeRays *rays, double blend, double k, Matrix term[4])
 {
-    const Rays r = {rays->incident.phi, rays->diffracted.phi, rays->sin_beta0, rays->cos_beta0, k};
+    double difference = rays->diffracted.phi - rays->incident.phi;
+    double outwards = fabs(difference) < blend ? 0.5 * (1 + difference / blend) : difference > 0 ? 1 : 0;
+    const Rays r = {rays->incident.phi, rays->diffracted.phi, rays->sin_beta0, rays->cos_beta0, k, outwards};
     if (wedge->n < 1) {
         concave_matrices(wedge, &r, term);
         return;
@@ -177,6 +210,7 @@ void dyad_matrices(const KellerWedgeWave *wedge, const EdgeRays *rays, double k,
         holm_matrices(wedge, &r, term);
         break;
     }
+    if (wedge->transparent) let_through(wedge, &r, term);
 }
 
 static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }
