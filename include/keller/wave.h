@@ -100,7 +100,8 @@ typedef struct {
     KellerVec3 direction, tangent0, normal0;
     KellerMedium medium[2];  /* of the 0-face and of the n-face */
     KellerWedgeModel model;  /* of the faces' finite conductivity */
-    bool transparent;        /* n > 1: waves that slabs let through are there in the shadow; no effect on other faces */
+    uint32_t sheets;         /* n > 1: how many sheets a wave passes that slabs let through into the shadow: 0, none is there; 1 of
+                                a screen; 2, the one face and the other */
 } KellerWedgeWave;
 
 /* The diffracted field at distance `s` behind the edge, without the phase e^{-jks}: incident unit direction `in`
@@ -108,7 +109,7 @@ typedef struct {
  * at the edge (transverse to `in`); s_in and s: distances (m) along the ray from the (image) source to the edge and from
  * the edge to the (image) receiver, for spreading sqrt(s_in/(s (s_in + s))) and L = s_in s/(s_in + s) sin^2 beta0.
  * Reflection coefficients of finitely conducting faces enter as 2x2 matrices in the edge-fixed basis, put to the terms as
- * wedge->model says; in sectors below pi (n < 1) all models are one. Around a transparent wedge the shadow boundary's term has 1 - T,
+ * wedge->model says; in sectors below pi (n < 1) all models are one. Around a wedge that lets waves through the shadow boundary's term has 1 - T,
  * so that it goes with the field behind it. Whatever the model, the total field is continuous
  * across shadow and reflection boundaries and a conductor's field is Kouyoumjian and Pathak's; exchanging source and
  * receiver transposes the result exactly for KELLER_WEDGE_RECIPROCAL and for n < 1. */

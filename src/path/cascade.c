@@ -49,7 +49,7 @@ static KellerVec3 across(const KellerWedge *w, KellerVec3 ray)
 }
 
 /* Walks along the path: lengths of legs between edges, and the direction of the last edge carried through the mirrors. */
-static void find_tube(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, Tube *c)
+static void find_tube(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, Tube *c)
 {
     KellerVec3 last = tx, carried = v3(0, 0, 0);
     bool mirrored = false, straight = true, grazing = false;
@@ -63,6 +63,7 @@ static void find_tube(const KellerScene *scene, const KellerPath *path, KellerVe
             straight = false;
         }
         if (path->step[i].kind != KELLER_DIFFRACTION) continue;
+        const PathEdge *e = &edges->edge[c->count];
         const KellerWedge *w = &scene->wedges[path->step[i].id];
         KellerVec3 here = across(w, path->leg[i]);
         c->share[c->count] = 1;
@@ -72,10 +73,15 @@ static void find_tube(const KellerScene *scene, const KellerPath *path, KellerVe
             c->turn[c->count] = atan2(mirrored ? -sine : sine, v3_dot(carried, here));
             if (straight && grazing && path_along_face(w, v3_scale(path->leg[i], -1)) >= 0) c->share[c->count] = 0.5;
         }
+        double inside = 0;
+        for (; i < e->end; i++) inside += v3_distance(path->position[i], path->position[i + 1]);
+        last = path->position[i];
+        w = &scene->wedges[path->step[i].id];
+        c->leg[c->count] += e->share * inside;
         carried = across(w, path->leg[i + 1]);
         straight = true;
         grazing = path_along_face(w, path->leg[i + 1]) >= 0;
-        c->count++;
+        c->leg[++c->count] = (1 - e->share) * inside;
     }
     double walked = 0;
     for (uint32_t i = 0; i < c->count; i++) walked += c->leg[i];
@@ -141,10 +147,10 @@ static void couple(const Tube *c, double coupling[], double stiffness[])
     }
 }
 
-double path_cascade(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, Cascade *cascade)
+double path_cascade(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, Cascade *cascade)
 {
     Tube tube;
-    find_tube(scene, path, tx, &tube);
+    find_tube(scene, path, edges, tx, &tube);
     cascade->count = tube.count;
     if (tube.count == 0) return 1 / path->length;
     double coupling[KELLER_MAX_BENDS];

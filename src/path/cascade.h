@@ -1,7 +1,7 @@
 /* The ray tube of a path with several diffractions: how it spreads, and the distance parameters of each edge's coefficient. */
 #ifndef KELLER_PATH_CASCADE_H
 #define KELLER_PATH_CASCADE_H
-#include "path/internal.h"
+#include "path/edges.h"
 #include "wave/chain.h"
 
 /* How each diffraction, in order, stands in the tube: see ChainPlace. */
@@ -16,5 +16,5 @@ typedef struct {
 /* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for the coefficients
  * (and for the spreading that keller_diffract_field gives a single one). docs/theory.md, "Several diffractions". Exchanging the
  * ends reverses the places and leaves the factor as it is, to rounding. */
-double path_cascade(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, Cascade *cascade);
+double path_cascade(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, Cascade *cascade);
 #endif

@@ -176,7 +176,7 @@ static void let_through(const KellerWedgeWave *wedge, const Rays *r, Matrix term
     Matrix through[2] = {multiply(first, second), multiply(second, first)}, sheet = mean(first, second);
     for (int t = 0; t < 2; t++)
         for (int i = 0; i < 4; i++)
-            term[t].m[i / 2][i % 2] -= (t ? r->outwards : 1 - r->outwards) * (wedge->n < 2 ? through[t] : sheet).m[i / 2][i % 2];
+            term[t].m[i / 2][i % 2] -= (t ? r->outwards : 1 - r->outwards) * (wedge->sheets > 1 ? through[t] : sheet).m[i / 2][i % 2];
 }
 
 /* ---- all ---------------------------------------------------------------------------------------------------------- */
@@ -210,7 +210,7 @@ void dyad_matrices(const KellerWedgeWave *wedge, const EdgeRays *rays, double bl
         holm_matrices(wedge, &r, term);
         break;
     }
-    if (wedge->transparent) let_through(wedge, &r, term);
+    if (wedge->sheets > 0) let_through(wedge, &r, term);
 }
 
 static double complex dot(KellerCVec3 e, KellerVec3 v) { return e.x * v.x + e.y * v.y + e.z * v.z; }

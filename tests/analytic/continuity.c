@@ -184,6 +184,19 @@ static double three_screens(void)
     return jump;
 }
 
+/* A thin box whose two edges count as one: another of its edges comes into the receiver's sight. */
+static double thin_box(double source, double from, double to)
+{
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "plate");
+    soup_box(&soup, v3(0, -0.02, -300), v3(400, 0, 300), CONDUCTOR, 0);
+    KellerScene scene = finish(&soup);
+    Line l = {&scene, around(9, source, 0), around(12, from, 0.3), around(12, to, 4), 1, 2, 0, "D", {0, 0, 0}, 5};
+    double jump = jump_on(&l);
+    keller_scene_free(&scene);
+    return jump;
+}
+
 /* A screen that ends in z = 0: the point on its edge runs up to its upper end and over it. */
 static double edge_end(void)
 {
@@ -213,6 +226,8 @@ void continuity_measure(Jump jumps[CONTINUITY_KINDS])
         {"shadow: concrete slab passed through", fan_jump(1, plate, CONCRETE, 0.05, 70, 240, 260, 1, 1, "T"), smooth},
         {"shadow: concrete house passed through", fan_jump(2, corner, CONCRETE, 0.05, 40, 210, 230, 0, 2, "TT"), smooth},
         {"end of an edge", edge_end(), smooth},
+        {"second edge of a thin plate: behind it", thin_box(60, 260, 280), smooth},
+        {"second edge of a thin plate: before it", thin_box(110, 100, 80), smooth},
     };
     memcpy(jumps, list, sizeof list);
 }

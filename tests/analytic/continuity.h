@@ -8,7 +8,7 @@ typedef struct {
     double bound;  /* that the test holds it to; INFINITY: a known limit, only measured (docs/theory.md) */
 } Jump;
 
-enum { CONTINUITY_KINDS = 13 };
+enum { CONTINUITY_KINDS = 15 };
 /* Fills `jumps` in a fixed order. Each boundary is found by halving a line of receivers across it until the set of paths changes within
  * a hair; there the fields on both sides are compared. */
 void continuity_measure(Jump jumps[CONTINUITY_KINDS]);
