@@ -76,6 +76,8 @@ typedef struct {
     int *assignment_lines;
     size_t antenna_count;
     KellerAntennaFile *antennas; /* each file once */
+    size_t array_count;
+    KellerArrayElement **arrays; /* elements of each array; stations point here */
     size_t transmitter_count;
     KellerTransmitter *transmitters;
     size_t set_count;

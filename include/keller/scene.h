@@ -75,8 +75,8 @@ typedef struct {
     double contact;                 /* m: things nearer than this touch (keller_scene_contact) */
     KellerWedgeModel wedge_model;   /* how the wedges diffract; the caller's to change once the scene is built */
     KellerAir air;                  /* likewise what the air takes; nothing as built */
-    uint32_t transmissions;         /* likewise how many slabs paths may pass through: from one on, the shadow of a screen that is
-                                       a slab is not dark for its edge's diffraction, from two on, that of a body's edges; 0 as built */
+    uint32_t transmissions;         /* likewise how many slabs paths may pass through: from one on, an edge of a screen that is a slab
+                                       is diffracted at knowing what comes through, from two on, one of a body; 0 as built */
     KellerSceneReport report;
 } KellerScene;
 

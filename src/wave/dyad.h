@@ -23,9 +23,9 @@ typedef struct {
 /* Unit directions `in` towards the edge, `out` away from it. */
 EdgeRays dyad_rays(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out);
 
-/* The matrices of the terms D1 ... D4 as the wedge's model has them. Where phi = phi' those of D1 and D2 change places, which goes
- * unseen as long as both have one factor; else they do so by and by, over angles (rad, from 0 on) of +- blend. The diffracted field is minus the sum of terms times
- * matrices times the incident field. */
+/* The matrices of the terms D1 ... D4 as the wedge's model has them. The diffracted field is minus the sum of terms times matrices
+ * times the incident field. Where phi = phi' the matrices of D1 and D2 change places, which goes unseen as long as both terms have
+ * one factor; else they are to do so by and by, over phi - phi' from -blend to blend (rad, 0: at once). */
 void dyad_matrices(const KellerWedgeWave *wedge, const EdgeRays *rays, double blend, double k, Matrix term[4]);
 
 /* Minus a matrix times the incident field e: a vector transverse to the diffracted ray. */

@@ -8,6 +8,8 @@
 #include <assert.h>
 #include <cerf.h>
 
+#include "wave/descent.h"
+
 /* From here on the series below is short and the recurrence for its moments forgets where it began. */
 static const double series_from = 3;
 
@@ -50,18 +52,6 @@ static bool series(const PairSide *a, const PairSide *b, double r, double comple
     return false;
 }
 
-/* Gauss-Legendre, 16 nodes in [-1, 1]; the other half has negative signs (Abramowitz and Stegun, table 25.4). */
-enum { HALF = 8, PANELS = 4 };
-static const double node[HALF] = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
-                                  0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
-                                  0.9445750230732325761, 0.9894009349916499326};
-static const double weight[HALF] = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
-                                    0.1495959888165767321, 0.1246289712555338720, 0.0951585116824927848,
-                                    0.0622535239386478929, 0.0271524594117540949};
-
-/* Where the integrand has fallen by e^{-DECAY}. */
-#define DECAY 38.0
-
 /* The inner integral is sqrt(pi/2) e^{y^2/2} erfc(y/sqrt 2), y = z2 - r s. For Re y < 0 erfc(y) = 2 - erfc(-y), and what
  * grows is put into one exponent with what falls. */
 static double complex integrand(double x1, double x2, double r, double s)
@@ -71,17 +61,14 @@ static double complex integrand(double x1, double x2, double r, double s)
     return 2 * cexp(first + 0.5 * y * y) - cexp(first) * w_of_z(-I * M_SQRT1_2 * y);
 }
 
-/* Where slope s + curve s^2/2 reaches DECAY. */
-static double reach(double slope, double curve) { return 2 * DECAY / (slope + sqrt(slope * slope + 2 * DECAY * curve)); }
+typedef struct {
+    double x1, x2, r;
+} Edges;
 
-static double complex integral(double x1, double x2, double r, double from, double to)
+static double complex at(const void *context, double s)
 {
-    double complex sum = 0;
-    for (int p = 0; p < PANELS; p++)
-        for (int i = 0; i < HALF; i++)
-            for (int side = -1; side <= 1; side += 2)
-                sum += weight[i] * integrand(x1, x2, r, from + (to - from) * (p + 0.5 + 0.5 * side * node[i]) / PANELS);
-    return sum * (0.5 * (to - from) / PANELS);
+    const Edges *e = context;
+    return integrand(e->x1, e->x2, e->r, s);
 }
 
 /* The two parts of the integrand fall at rates that may differ much: e^{-x1 s/sqrt 2 - s^2/2}, and, for r > 0, e^{-(x1 + r x2)
@@ -90,10 +77,11 @@ static double complex quadrature(double x1, double x2, double r)
 {
     double complex turn = M_SQRT1_2 * (1 + I), one = sqrt(0.5 * M_PI) * w_of_z(I * M_SQRT1_2 * turn * x1);
     double complex other = w_of_z(I * M_SQRT1_2 * turn * x2), sum;
-    double alone = reach(M_SQRT1_2 * x1, 1), both = reach(M_SQRT1_2 * (x1 + r * x2), 1 - r * r);
-    sum = integral(x1, x2, r, 0, fmin(alone, both));
-    if (both > alone) sum += integral(x1, x2, r, alone, both);
-    else if (alone > both) sum += integral(x1, x2, r, both, alone);
+    Edges e = {x1, x2, r};
+    double alone = descent_reach(M_SQRT1_2 * x1, 1), both = descent_reach(M_SQRT1_2 * (x1 + r * x2), 1 - r * r);
+    double near = fmin(alone, both), far = fmax(alone, both);
+    sum = descent_integral(at, &e, 0, near);
+    if (far > near) sum += descent_integral(at, &e, near, far);
     return sum / (one * other);
 }
 

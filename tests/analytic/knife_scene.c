@@ -38,9 +38,13 @@ Knife knife_of_row(const Table *t)
     return g;
 }
 
+/* On the upper edge, not at the far ends of the screens. */
+static bool on_top(KellerVec3 p, KellerVec3 top) { return hypot(p.x - top.x, p.z - top.z) < 1e-6 && fabs(p.y) < 0.5 * WIDE; }
+
 double complex knife_total(const Knife *g, int paths[4])
 {
-    KellerVec3 tx = v3(-g->d[0], 0, 0), rx = v3(g->d[1] + g->d[2], 0, 0), top[2] = {v3(0, 0, g->h[0]), v3(g->d[1], 0, g->h[1])};
+    KellerVec3 tx = v3(-g->d[0], 0, 0), rx = v3(g->d[1] + g->d[2], g->along, 0);
+    KellerVec3 top[2] = {v3(0, 0, g->h[0]), v3(g->d[1], 0, g->h[1])};
     KellerSoup soup = soup_new();
     for (int i = 0; i < 2; i++) screen(&soup, top[i]);
     KellerScene scene = scene_of(&soup);
@@ -53,11 +57,11 @@ double complex knife_total(const Knife *g, int paths[4])
         int kind = 0; /* direct, over the first, over the second, over both */
         bool upper = true;
         for (uint32_t j = 0; j < p->count; j++) {
-            bool first = v3_distance(p->position[j], top[0]) < 1e-6, second = v3_distance(p->position[j], top[1]) < 1e-6;
+            bool first = on_top(p->position[j], top[0]), second = on_top(p->position[j], top[1]);
             upper = upper && (first || second);
             kind += first ? 1 : 2;
         }
-        if (!upper || (p->count == 2 && v3_distance(p->position[0], top[0]) > 1e-6)) continue;
+        if (!upper || (p->count == 2 && !on_top(p->position[0], top[0]))) continue;
         if (paths) paths[kind]++;
         sum += 0.5 * (p->transfer[0][0] - p->transfer[0][3]);
     }

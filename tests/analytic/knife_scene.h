@@ -8,6 +8,7 @@
 typedef struct {
     double d[3], h[2]; /* distances along the straight line, heights of the edges over it */
     double bend[2];    /* by which each edge turns the path over both */
+    double along;      /* from source to receiver along the edges */
     double frequency;
 } Knife;
 

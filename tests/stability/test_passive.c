@@ -35,7 +35,8 @@ static void exchanged(uint64_t seed, uint32_t flags, uint32_t reflections, uint3
             found_free(&found);
         }
         double off = fabs(cabs(h[0]) - cabs(h[1])) / sum;
-        if (sum > 0 && !(off <= 1e-12)) fail_msg("seed %llu, receiver %d: |H| off by %g of the sum of paths", (unsigned long long)seed, i, off);
+        if (sum > 0 && !(off <= 1e-12))
+            fail_msg("seed %llu, receiver %d: |H| off by %g of the sum of paths", (unsigned long long)seed, i, off);
     }
     keller_scene_free(&scene);
     soup_release(&world.soup);
@@ -78,7 +79,8 @@ static void closed_room(void **state)
             double largest = sqrt(0.5 * (trace + sqrt(fmax(0, trace * trace - 4 * creal(det * conj(det))))));
             bool bends = false;
             for (uint32_t k = 0; k < p->count; k++) bends = bends || p->step[k].kind == KELLER_DIFFRACTION;
-            if (!bends && !(largest <= free_field * (1 + 1e-7))) fail_msg("seed %llu: a path of %g of the free field", (unsigned long long)seed, largest / free_field);
+            if (!bends && !(largest <= free_field * (1 + 1e-7)))
+                fail_msg("seed %llu: a path of %g of the free field", (unsigned long long)seed, largest / free_field);
             paths += !bends;
         }
         for (uint32_t rx = 0; rx < SCENE_RECEIVERS; rx++) {
