@@ -74,8 +74,10 @@ static void values(void **state)
     (void)state;
     for (int polarization = 0; polarization < 2; polarization++) {
         KellerPolarization pol = polarization ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
-        KellerAntenna isotropic = {.pattern = KELLER_ANTENNA_ISOTROPIC, .polarization = pol}, dipole = {.pattern = KELLER_ANTENNA_DIPOLE, .polarization = pol};
-        KellerAntenna half = {.pattern = KELLER_ANTENNA_HALF_WAVE_DIPOLE, .polarization = pol}, sector = {.pattern = KELLER_ANTENNA_TR38901, .polarization = pol};
+        KellerAntenna isotropic = {.pattern = KELLER_ANTENNA_ISOTROPIC, .polarization = pol};
+        KellerAntenna dipole = {.pattern = KELLER_ANTENNA_DIPOLE, .polarization = pol};
+        KellerAntenna half = {.pattern = KELLER_ANTENNA_HALF_WAVE_DIPOLE, .polarization = pol};
+        KellerAntenna sector = {.pattern = KELLER_ANTENNA_TR38901, .polarization = pol};
         for (int i = 0; i <= 12; i++) {
             double zenith = i * 15 * degree;
             KellerVec3 d = towards(zenith, 1.1);
