@@ -123,9 +123,39 @@ static void change_over(void **state)
     }
 }
 
+/* A plate has a strip on each narrow side, between the two edges that run along it; a cube, whose sides are as wide as long, and a
+ * screen have none. */
+static void strips(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        KellerSoup soup = soup_new();
+        soup_object(&soup, "thing");
+        if (i < 2) soup_box(&soup, v3(0, 0, 0), v3(3, i == 0 ? 0.2 : 3, 3), CONCRETE, 0);
+        else soup_quad(&soup, v3(0, 0, 0), v3(3, 0, 0), v3(3, 0, 3), v3(0, 0, 3), CONCRETE);
+        KellerScene scene = scene_of(&soup);
+        soup_release(&soup);
+        size_t count = 0, twins = 0;
+        for (size_t f = 0; f < scene.face_count; f++) {
+            count += scene.faces[f].strip > 0;
+            assert_true(scene.faces[f].strip == 0 || fabs(scene.faces[f].strip - 0.2) < 1e-12);
+        }
+        for (uint32_t w = 0; w < scene.wedge_count; w++) {
+            uint32_t second = scene.wedges[w].twin[1];
+            if (second == KELLER_NONE) continue;
+            assert_int_equal(scene.wedges[second].twin[0], w);
+            assert_int_equal(scene.wedges[second].face[0], scene.wedges[w].face[1]);
+            twins++;
+        }
+        assert_int_equal(count, i == 0 ? 4 : 0);
+        assert_int_equal(twins, count);
+        keller_scene_free(&scene);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(three_models), cmocka_unit_test(change_over)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(strips), cmocka_unit_test(three_models), cmocka_unit_test(change_over)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
