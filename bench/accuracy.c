@@ -6,20 +6,25 @@
  * ../shared/truth if not given; without them only what is computed here is measured, and a line says so. Rows:
  *   conductor  a wedge, source, polarisation and k or kr: all angles of source and receiver together
  *   lossy      a wedge of a half-space's material against Maliuzhinets' exact impedance wedge, by model
- *   edges      two screens: the uniform form, the product of coefficients, and the product with slopes, by the smaller of the
- *              two local Fresnel numbers
+ *   edges      two screens: the paths of this program, the product of coefficients, the product with slopes, and three
+ *              constructions, by the smaller of the two local Fresnel numbers
+ *   boundary   a kind of boundary of paths in a scene: the largest jump of the field on lines across it
  * and columns:
- *   max_dB, rms_dB  the error's size over the incident field's (lossy: over that of a field 1/sqrt(kr)), in dB
+ *   max_dB, rms_dB  the error's size over the incident field's (lossy: over that of a field 1/sqrt(kr)), in dB; boundary: the
+ *                   jump over the free field
  *   level_dB        conductor, lossy: the largest error of the level in the shadow; edges: of the loss
  *   theory_dB       conductor: the largest error of the table's own uniform theory, as max_dB
  * --curves writes the curves behind the pictures (accuracy.h); tools/accuracy.sh draws them. Status 1 if a conductor's error is
- * larger than the theory's own or the uniform form is off by 0.3 dB, 2 on wrong usage. */
+ * larger than the theory's own or paths over two screens are off by 0.3 dB or the
+ * field jumps, 2 on wrong usage. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "../tests/analytic/continuity.h"
 #include "../tests/analytic/double_edge_forms.h"
+#include "../tests/analytic/knife_scene.h"
 #include "../tests/analytic/lossy_errors.h"
 #include "accuracy.h"
 
@@ -173,10 +178,11 @@ static void lossy(void)
 
 static bool edges(const char *truth)
 {
-    static const char *const forms[3] = {"uniform", "product", "product with slopes"};
+    enum { FORMS = 6 };
+    static const char *const forms[FORMS] = {"paths", "product", "product with slopes", "Epstein-Peterson", "Deygout", "Bullington"};
     static const double limits[] = {0, 0.5, 2, INFINITY};
     static const char *const ranges[] = {"nu 0 to 0.5", "nu 0.5 to 2", "nu from 2"};
-    double worst[3][3] = {{0}};
+    double worst[FORMS][3] = {{0}};
     int points[3] = {0};
     Table t;
     if (!table_open_in(&t, truth, "e_double_knife.csv")) return false;
@@ -186,18 +192,37 @@ static bool edges(const char *truth)
         double d1 = table_number(&t, "d1"), d2 = table_number(&t, "d2"), d3 = table_number(&t, "d3");
         double nu = fmin(table_number(&t, "nu1_local"), table_number(&t, "nu2_local"));
         double complex u[3];
-        u[0] = keller_double_edge(k, d1, d2, d3, table_number(&t, "h1"), table_number(&t, "h2"));
+        Knife knife = knife_of_row(&t);
+        u[0] = knife_total(&knife, NULL);
         two_edges(1e6 * k, d1, d2, d3, 1e-3 * table_number(&t, "alpha1_rad"), 1e-3 * table_number(&t, "alpha2_rad"),
                   1 / (1 / d2 + 1 / d3), &u[1], &u[2]);
         int range = 0;
         while (nu >= limits[range + 1]) range++;
         points[range]++;
-        for (int f = 0; f < 3; f++) worst[f][range] = fmax(worst[f][range], fabs(-decibels(cabs(u[f])) - exact));
+        double loss[FORMS] = {-decibels(cabs(u[0])), -decibels(cabs(u[1])), -decibels(cabs(u[2])),
+                              table_number(&t, "loss_EpsteinPeterson_dB"), table_number(&t, "loss_Deygout_dB"),
+                              table_number(&t, "loss_Bullington_dB")};
+        for (int f = 0; f < FORMS; f++) worst[f][range] = fmax(worst[f][range], fabs(loss[f] - exact));
     }
-    for (int f = 0; f < 3; f++)
+    for (int f = 0; f < FORMS; f++)
         for (int r = 0; r < 3; r++)
             print_row("edges", forms[f], ranges[r], "", "", points[r], (double[]){NAN, NAN, worst[f][r], NAN});
     return worst[0][0] > 0.3 || worst[0][1] > 0.3 || worst[0][2] > 0.3;
+}
+
+/* ---- boundaries --------------------------------------------------------------------------------------------------- */
+
+static bool boundaries(void)
+{
+    Jump jumps[CONTINUITY_KINDS];
+    bool wrong = false;
+    continuity_measure(jumps);
+    for (int i = 0; i < CONTINUITY_KINDS; i++) {
+        if (csv) print_row("boundary", "", jumps[i].kind, "", "", 1, (double[]){decibels(jumps[i].jump), NAN, NAN, NAN});
+        else printf("%-10s %-58s %8.1f\n", "boundary", jumps[i].kind, decibels(jumps[i].jump));
+        wrong |= !(jumps[i].jump < jumps[i].bound);
+    }
+    return wrong;
 }
 
 int main(int argc, char **argv)
@@ -225,6 +250,7 @@ int main(int argc, char **argv)
     bool wrong = conductors(truth);
     lossy();
     wrong |= edges(truth);
+    wrong |= boundaries();
     if (curves && !accuracy_curves(curves, truth)) return 1;
     return wrong;
 }

@@ -76,6 +76,8 @@ typedef struct {
     int *assignment_lines;
     size_t antenna_count;
     KellerAntennaFile *antennas; /* each file once */
+    size_t array_count;
+    KellerArrayElement **arrays; /* elements of each array; stations point here */
     size_t transmitter_count;
     KellerTransmitter *transmitters;
     size_t set_count;
@@ -85,7 +87,7 @@ typedef struct {
     uint32_t reflections, diffractions, transmissions, interactions;
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
-    KellerWedgeModel wedge_model; /* the caller puts it and air into the scene that is simulated */
+    KellerWedgeModel wedge_model; /* the caller puts it, air and transmissions into the scene to simulate */
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
     uint32_t threads;           /* 0: all */

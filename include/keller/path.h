@@ -36,6 +36,8 @@ typedef struct {
     KellerStep step[KELLER_MAX_INTERACTIONS];
     KellerVec3 position[KELLER_MAX_INTERACTIONS];
     uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* reflected in or passed through; KELLER_NONE for a diffraction */
+    uint8_t free_end[KELLER_MAX_INTERACTIONS];    /* of a diffraction: bit 0, 1 set where the edge's first, second end is free, that
+                                                     is nothing stands in the way along the edge to beyond it; else 0 */
     KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
     double length;              /* m, geometrical: slabs take up no length of their own */
     double weight;              /* 1; less exactly on a boundary of the path: the share of the surroundings in which it

@@ -20,6 +20,7 @@ typedef struct {
     uint32_t plane;                 /* faces in one plane (within the contact tolerance) share this id */
     uint32_t material;              /* index into the scene's materials */
     uint32_t triangle_begin, triangle_end; /* range in face_triangles */
+    double strip;                   /* m: the face's width if it is a strip between two wedges that are twins; else 0 */
 } KellerFace;
 
 /* A sector of space between two faces around an edge, with an opening angle n pi that diffracts (1/n not whole).
@@ -35,6 +36,8 @@ typedef struct {
     KellerVec3 tangent0;            /* unit, perpendicular to the edge, in the 0-face and away from the edge */
     KellerVec3 normal0;             /* unit, perpendicular to the edge and the 0-face, into the sector */
     uint32_t plane_begin, plane_end; /* range in wedge_planes: planes of all faces that contain the edge */
+    uint32_t twin[2];               /* the wedge on the other side of the 0-face, of the n-face, if that is a strip; else KELLER_NONE.
+                                       Twins run side by side, one's n-face is the other's 0-face */
 } KellerWedge;
 
 typedef struct {
@@ -72,6 +75,8 @@ typedef struct {
     double contact;                 /* m: things nearer than this touch (keller_scene_contact) */
     KellerWedgeModel wedge_model;   /* how the wedges diffract; the caller's to change once the scene is built */
     KellerAir air;                  /* likewise what the air takes; nothing as built */
+    uint32_t transmissions;         /* likewise how many slabs paths may pass through: from one on, an edge of a screen that is a slab
+                                       is diffracted at knowing what comes through, from two on, one of a body; 0 as built */
     KellerSceneReport report;
 } KellerScene;
 

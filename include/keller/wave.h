@@ -84,6 +84,12 @@ void keller_utd_slopes(double n, double phi, double phi_incident, double sin_bet
  * is below 1e-12. Takes 128 values of the Faddeeva function. */
 double complex keller_double_edge(double k, double d1, double d2, double d3, double h1, double h2);
 
+/* The transition function of two edges in a row, over the product of both edges' own, F(x1^2/2) F(x2^2/2): what the product of two
+ * coefficients is to be multiplied with where an edge lies in the other one's transition zone. x = 2 sqrt(kL) |sin(eps/2)| >= 0 of
+ * each edge, eps the angle to the pole; |r| < 1 the coupling of the edges, positive where a ray from pole to pole passes both on
+ * the same side, for parallel edges sqrt(d1 d3/((d1 + d2)(d2 + d3))). 1 for r = 0. Relative error below 1e-12. */
+double complex keller_edge_pair(double x1, double x2, double r);
+
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */
 #define KELLER_BOUNDARY_ANGLE 1e-9
@@ -94,6 +100,8 @@ typedef struct {
     KellerVec3 direction, tangent0, normal0;
     KellerMedium medium[2];  /* of the 0-face and of the n-face */
     KellerWedgeModel model;  /* of the faces' finite conductivity */
+    uint32_t sheets;         /* n > 1: how many sheets a wave passes that slabs let through into the shadow: 0, none is there; 1 of
+                                a screen; 2, the one face and the other */
 } KellerWedgeWave;
 
 /* The diffracted field at distance `s` behind the edge, without the phase e^{-jks}: incident unit direction `in`
@@ -101,7 +109,8 @@ typedef struct {
  * at the edge (transverse to `in`); s_in and s: distances (m) along the ray from the (image) source to the edge and from
  * the edge to the (image) receiver, for spreading sqrt(s_in/(s (s_in + s))) and L = s_in s/(s_in + s) sin^2 beta0.
  * Reflection coefficients of finitely conducting faces enter as 2x2 matrices in the edge-fixed basis, put to the terms as
- * wedge->model says; in sectors below pi (n < 1) all models are one. Whatever the model, the total field is continuous
+ * wedge->model says; in sectors below pi (n < 1) all models are one. Around a wedge that lets waves through the shadow boundary's
+ * term has 1 - T, so that it goes with the field behind it. Whatever the model, the total field is continuous
  * across shadow and reflection boundaries and a conductor's field is Kouyoumjian and Pathak's; exchanging source and
  * receiver transposes the result exactly for KELLER_WEDGE_RECIPROCAL and for n < 1. */
 KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
@@ -142,10 +151,20 @@ typedef struct {
 
 typedef enum { KELLER_POLARIZATION_V, KELLER_POLARIZATION_H } KellerPolarization;
 
+enum { KELLER_MAX_ELEMENTS_OF_ARRAY = 1024 };
+
+/* One element of an array. */
+typedef struct {
+    KellerVec3 position;             /* m, from the station, in the antenna's frame */
+    double phase;                    /* rad: it is fed with e^{j phase}, and received with it */
+} KellerArrayElement;
+
 typedef struct {
     KellerAntennaPattern pattern;
     KellerPolarization polarization;
     const KellerAntennaCuts *cuts;   /* pattern CUTS: borrowed */
+    uint32_t element_count;          /* elements with this pattern; 0: one, at the station */
+    const KellerArrayElement *elements; /* borrowed */
 } KellerAntenna;
 
 /* Zenith and azimuth (radians, zenith in [0, pi], azimuth in (-pi, pi]) of the unit vector d. At the poles azimuth is 0. Any
@@ -160,4 +179,9 @@ void keller_spherical_basis(KellerVec3 d, KellerVec3 *theta_hat, KellerVec3 *phi
  * along theta-hat and H along phi-hat of the antenna's own frame. */
 void keller_antenna_field(const KellerAntenna *antenna, const double orientation[3], KellerVec3 d,
                           double complex *f_theta, double complex *f_phi);
+
+/* What an array multiplies its element's pattern with towards d: the sum of e^{j (phase + k d.position)} over the root of the
+ * number of elements, which share the power equally; 1 without elements. Plane waves: of a path's length and directions
+ * only its phase differs from element to element, as long as the array is small against all distances. */
+double complex keller_array_factor(const KellerAntenna *antenna, const double orientation[3], KellerVec3 d, double k);
 #endif

@@ -25,6 +25,7 @@ KellerStatus keller_cli_check(int argc, char **argv, KellerError *error)
             keller_print_configuration(&prepared.config);
             keller_print_scene(&prepared.soup, &prepared.scene, true);
             keller_print_opaque(&prepared.config, &prepared.scene);
+            keller_print_strips(&prepared.config, &prepared.scene);
             printf("would trace %zu transmitter%s to %zu receiver%s at %zu frequenc%s; nothing was simulated\n",
                    prepared.config.transmitter_count, prepared.config.transmitter_count == 1 ? "" : "s",
                    prepared.config.receiver_count, prepared.config.receiver_count == 1 ? "" : "s",

@@ -43,6 +43,7 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     if (status == KELLER_OK) status = keller_build_scene_of(p->config.scene_file, &p->soup, &p->scene, error);
     p->scene.wedge_model = p->config.wedge_model;
     p->scene.air = p->config.air;
+    p->scene.transmissions = p->config.transmissions;
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;
@@ -165,4 +166,21 @@ void keller_print_opaque(const KellerConfig *config, const KellerScene *scene)
         if (m->kind != KELLER_MATERIAL_CONDUCTOR && m->thickness > 0) return;
     }
     printf("  note: no wall lets anything through: its material would need a thickness\n");
+}
+
+void keller_print_strips(const KellerConfig *config, const KellerScene *scene)
+{
+    if (config->diffractions == 0) return;
+    double longest = 0;
+    for (size_t f = 0; f < config->frequency_count; ++f) longest = fmax(longest, KELLER_LIGHT_SPEED / config->frequencies[f]);
+    size_t strips = 0, narrow = 0;
+    for (size_t f = 0; f < scene->face_count; ++f) {
+        double width = scene->faces[f].strip;
+        strips += width > 0 && width < 0.5 * longest;
+        narrow += width > 0 && width <= 0.25 * longest;
+    }
+    if (strips == 0) return;
+    char number[32];
+    printf("  note: %zu pair%s of edges less than half a wavelength apart (of %s; %zu of them less than a quarter) count as one edge, "
+           "those less than a quarter entirely\n", strips, strips == 1 ? "" : "s", keller_si(longest, "m", number), narrow);
 }

@@ -35,6 +35,8 @@ void keller_config_free(KellerConfig *config)
         free(config->antennas[i].cuts);
     }
     free(config->antennas);
+    for (size_t i = 0; i < config->array_count; i++) free(config->arrays[i]);
+    free(config->arrays);
     for (size_t i = 0; i < config->transmitter_count; i++) free(config->transmitters[i].id);
     free(config->transmitters);
     for (size_t i = 0; i < config->set_count; i++) {

@@ -19,7 +19,7 @@ typedef struct {
     const char *file;     /* the configuration, for messages */
     KellerConfig *config; /* being filled */
     KellerError *error;
-    size_t antenna_capacity, transmitter_capacity, set_capacity, receiver_capacity;
+    size_t antenna_capacity, array_capacity, transmitter_capacity, set_capacity, receiver_capacity;
 } KellerConfigReader;
 
 /* ---- config_vars.c ---- */

@@ -50,6 +50,37 @@ static KellerStatus read_antenna_file(KellerConfigReader *reader, const xmlNode 
     return status;
 }
 
+/* The elements of an array, if there are any. */
+static KellerStatus read_elements(KellerConfigReader *reader, const xmlNode *node, KellerAntenna *antenna)
+{
+    static const char *const axes[3] = {"x", "y", "z"};
+    static const KellerConfigRange turn = {-1e3, 1e3, "an angle within 1000 rad"};
+    static const KellerConfigRange offset = {-1e3, 1e3, "a length within 1000 m"};
+    KellerConfig *config = reader->config;
+    uint32_t count = 0;
+    for (const xmlNode *child = node->children; child; child = child->next) count += keller_config_is(child, "element");
+    if (count == 0) return KELLER_OK;
+    if (count > KELLER_MAX_ELEMENTS_OF_ARRAY)
+        return keller_config_fail(reader, node, "an antenna of %u elements; expected at most %d", count,
+                                  KELLER_MAX_ELEMENTS_OF_ARRAY);
+    if (!keller_config_grow((void **)&config->arrays, &reader->array_capacity, config->array_count, 1, sizeof *config->arrays))
+        return keller_error_memory(reader->error, sizeof *config->arrays);
+    KellerArrayElement *elements = calloc(count, sizeof *elements);
+    if (!elements) return keller_error_memory(reader->error, count * sizeof *elements);
+    config->arrays[config->array_count++] = elements;
+    antenna->elements = elements;
+    KellerStatus status = KELLER_OK;
+    for (const xmlNode *child = node->children; child && status == KELLER_OK; child = child->next) {
+        if (!keller_config_is(child, "element")) continue;
+        double p[3] = {0, 0, 0};
+        KellerArrayElement *e = &elements[antenna->element_count++];
+        status = read_three(reader, child, axes, "length", &offset, p);
+        e->position = v3(p[0], p[1], p[2]);
+        if (status == KELLER_OK) status = keller_config_quantity(reader, child, "phase", "angle", &turn, &e->phase);
+    }
+    return status;
+}
+
 static KellerStatus read_antenna(KellerConfigReader *reader, const xmlNode *node, KellerAntenna *antenna)
 {
     static const char *const patterns[] = {"isotropic", "dipole", "half-wave-dipole", "tr38901", NULL};
@@ -67,6 +98,7 @@ static KellerStatus read_antenna(KellerConfigReader *reader, const xmlNode *node
     antenna->pattern = file ? KELLER_ANTENNA_CUTS : meaning[place];
     antenna->polarization = polarization ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
     if (status == KELLER_OK && file) status = read_antenna_file(reader, node, &antenna->cuts);
+    if (status == KELLER_OK) status = read_elements(reader, node, antenna);
     return status;
 }
 
@@ -76,7 +108,7 @@ static KellerStatus read_station(KellerConfigReader *reader, const xmlNode *node
     static const char *const angles[3] = {"yaw", "pitch", "roll"}, *const axes[3] = {"x", "y", "z"};
     static const KellerConfigRange turn = {-1e3, 1e3, "an angle within 1000 rad"};
     static const KellerConfigRange speed = {-KELLER_LIGHT_SPEED, KELLER_LIGHT_SPEED, "at most the speed of light"};
-    *station = (KellerStation){.antenna = {KELLER_ANTENNA_ISOTROPIC, KELLER_POLARIZATION_V, NULL}};
+    *station = (KellerStation){.antenna = {.pattern = KELLER_ANTENNA_ISOTROPIC, .polarization = KELLER_POLARIZATION_V}};
     KellerStatus status = KELLER_OK;
     const xmlNode *child = keller_config_child(node, "antenna");
     if (child) status = read_antenna(reader, child, &station->antenna);

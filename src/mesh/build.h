@@ -145,4 +145,7 @@ bool keller_mesh_chains(KellerBuild *build, KellerEmitWedge emit, void *context)
 
 /* wedges.c: the scene's wedges, their planes and appended vertices. */
 bool keller_mesh_wedges(KellerBuild *build);
+
+/* strips.c: pairs of wedges with a narrow face between them (KellerFace.strip, KellerWedge.twin). */
+bool keller_mesh_strips(KellerBuild *build);
 #endif

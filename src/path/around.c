@@ -21,15 +21,38 @@ static void insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const
             whole->leg[n] = path->leg[i];
             whole->step[n] = (KellerStep){KELLER_TRANSMISSION, c->face};
             whole->triangle[n] = c->triangle;
+            whole->free_end[n] = 0;
             whole->position[n++] = path_crossing(scene, c->at, a, b, &t);
         }
         whole->leg[n] = path->leg[i];
         if (i == path->count) break;
         whole->step[n] = path->step[i];
         whole->triangle[n] = path->triangle[i];
+        whole->free_end[n] = path->free_end[i];
         whole->position[n++] = path->position[i];
     }
     whole->count = n;
+}
+
+/* Which ends of the path's edges are free. An edge that ends at the ground, or goes on in it, is not: there is no place from which the
+ * point could be seen to leave it. Looked at from just beside the edge, in the middle of the sector. */
+static void find_free_ends(const KellerScene *scene, const KellerAccel *accel, KellerPath *path, KellerAccelWork *work)
+{
+    double beside = 100 * scene->contact;
+    for (uint32_t i = 0; i < path->count; i++) {
+        path->free_end[i] = 0;
+        if (path->step[i].kind != KELLER_DIFFRACTION) continue;
+        const KellerWedge *w = &scene->wedges[path->step[i].id];
+        double half = 0.5 * w->n * M_PI;
+        KellerVec3 off = v3_scale(v3_add(v3_scale(w->tangent0, cos(half)), v3_scale(w->normal0, sin(half))), beside);
+        for (int end = 0; end < 2; end++) {
+            KellerVec3 beyond = v3_madd(w->origin, w->direction, end == 0 ? -beside : w->length + beside);
+            PathLeg leg = {.a = v3_add(path->position[i], off), .b = v3_add(beyond, off), .strict = true};
+            Crossings none = {.most = 0};
+            bool grazes;
+            if (path_leg_passes(scene, accel, &leg, &none, &grazes, work)) path->free_end[i] |= (uint8_t)(1 << end);
+        }
+    }
 }
 
 /* ---- on a boundary ----------------------------------------------------------------------------------------------- */
@@ -149,6 +172,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     crossings.most = transmissions;
     crossings.count = 0;
     if (!path_solve_sequence(scene, accel, tx, rx, count, steps, false, &path, &crossings, &boundary, work)) return true;
+    find_free_ends(scene, accel, &path, work);
     if (boundary) return solve_around(scene, accel, tx, rx, count, steps, transmissions, &path, found, context, work);
     if (crossings.count == 0) return found(context, &path);
     insert(scene, tx, rx, &path, &crossings, &whole);

@@ -33,7 +33,11 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
             double complex *m = &pair->transfer[(i * F + f) * 4];
             keller_path_transfer(c->scene, &p, t->position, c->config->frequencies[f],
                                  c->media + f * c->scene->material_count, m);
+            double k = 2 * M_PI * c->config->frequencies[f] / KELLER_LIGHT_SPEED;
+            double complex arrays = keller_array_factor(&t->antenna, t->orientation, p.leg[0], k) *
+                                    keller_array_factor(&r->antenna, r->orientation, v3_scale(p.leg[p.count], -1), k);
             double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
+            g *= arrays;
             pair->gain[i * F + f] = g;
             strongest[f] = greater(strongest[f], power(g));
         }

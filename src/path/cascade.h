@@ -1,16 +1,20 @@
 /* The ray tube of a path with several diffractions: how it spreads, and the distance parameters of each edge's coefficient. */
 #ifndef KELLER_PATH_CASCADE_H
 #define KELLER_PATH_CASCADE_H
-#include "path/internal.h"
+#include "path/edges.h"
+#include "wave/chain.h"
 
-/* Distances (m) before and behind each diffraction, in order, to give to keller_diffract_field. */
+/* How each diffraction, in order, stands in the tube: see ChainPlace. */
 typedef struct {
     uint32_t count;
-    double before[KELLER_MAX_BENDS], behind[KELLER_MAX_BENDS];
+    double before, behind;      /* m: of a single diffraction, the lengths of the path on both sides of the edge */
+    ChainPlace place[KELLER_MAX_BENDS]; /* of several */
+    double along[KELLER_MAX_BENDS]; /* 1/m: second derivative of the path's length by its place along the edge, over sin^2 beta0, the
+                                       places on the other edges being the best ones */
 } Cascade;
 
-/* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for what
- * keller_diffract_field puts to it with these distances. docs/theory.md, "Several diffractions". Exchanging the ends exchanges
- * the distances and leaves the field's magnitude as it is, to rounding. */
-double path_cascade(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, Cascade *cascade);
+/* The factor (1/m) that the field of a wave of 1/r from the transmitter has at the end of the path, but for the coefficients
+ * (and for the spreading that keller_diffract_field gives a single one). docs/theory.md, "Several diffractions". Exchanging the
+ * ends reverses the places and leaves the factor as it is, to rounding. */
+double path_cascade(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, Cascade *cascade);
 #endif

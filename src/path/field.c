@@ -33,12 +33,21 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
 static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
 
-static KellerWedgeWave wave_at(const KellerScene *scene, uint32_t wedge, const KellerMedium *media)
+/* The wedge of one edge, or of two that are taken as one. */
+static KellerWedgeWave wave_at(const KellerScene *scene, const KellerPath *path, const PathEdge *e, const KellerMedium *media)
 {
-    const KellerWedge *w = &scene->wedges[wedge];
-    KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
-                            .model = scene->wedge_model};
-    for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[w->face[j]].material];
+    uint32_t id = path->step[e->begin].id, face[2];
+    const KellerWedge *w = &scene->wedges[e->first == KELLER_NONE ? id : e->first];
+    KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
+    for (int j = 0; j < 2; j++) face[j] = w->face[j];
+    if (e->first != KELLER_NONE) {
+        wave = path_strip_wedge(scene, e->first);
+        face[1] = scene->wedges[w->twin[1]].face[1];
+    }
+    wave.model = scene->wedge_model;
+    wave.sheets = face[0] == face[1] ? 1 : 2;
+    if (wave.sheets > scene->transmissions) wave.sheets = 0;
+    for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[face[j]].material];
     return wave;
 }
 
@@ -52,38 +61,95 @@ static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVe
     return v3_madd(outwards, scene->faces[w->face[0]].normal, beside);
 }
 
+/* Two waves on their way, the transmitted components: behind the first of several edges each is the sum of a chain's parts. */
+typedef struct {
+    double k, fade;             /* rad/m; of edges that end near by */
+    bool chained;               /* behind the first of several edges */
+    KellerCVec3 e[2];
+    Chain chain;
+} Wave;
+
+static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec3 in, const KellerMedium *media, Wave *wave)
+{
+    KellerCVec3 (*through)(const KellerMedium *, KellerVec3, KellerVec3, double, KellerCVec3) =
+        kind == KELLER_REFLECTION ? keller_reflect_field : keller_transmit_field;
+    const KellerMedium *medium = &media[f->material];
+    if (!wave->chained) {
+        for (int j = 0; j < 2; j++) wave->e[j] = through(medium, f->normal, in, wave->k, wave->e[j]);
+        return;
+    }
+    for (int j = 0; j < 2; j++)
+        for (int a = 0; a < 4; a++) {
+            wave->chain.whole[j][a] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a]);
+            wave->chain.rest[j][a] = through(medium, f->normal, in, wave->k, wave->chain.rest[j][a]);
+        }
+}
+
+static void diffract(const KellerScene *scene, const KellerPath *path, const PathEdge *e, uint32_t number, const Cascade *cascade,
+                     const KellerMedium *media, Wave *wave)
+{
+    KellerWedgeWave wedge = wave_at(scene, path, e, media);
+    KellerVec3 in = path->leg[e->begin], out = path->leg[e->end + 1];
+    /* of two as one the strip's first edge, whichever comes first on the path */
+    uint32_t at = path->step[e->begin].id == e->first ? e->begin : e->end;
+    wave->fade *= path_end_fade(scene, path, at, wave->k * cascade->along[number]);
+    if (cascade->count == 1) {
+        for (int j = 0; j < 2; j++)
+            wave->e[j] = keller_diffract_field(&wedge, in, out, cascade->before, cascade->behind, wave->k, wave->e[j]);
+        return;
+    }
+    if (number > 0) in = v3_scale(on_one_side(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
+    if (number + 1 < cascade->count) out = on_one_side(scene, path->step[e->end].id, out);
+    if (number > 0) chain_next(&wedge, in, out, cascade->place[number], &wave->chain);
+    else chain_begin(&wedge, in, out, cascade->place[number], wave->k, wave->e, &wave->chain);
+    wave->chained = true;
+}
+
+/* The transfer matrix but for weight, air and phase; false where it is zero. */
+static bool carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
+                  const KellerMedium *media, double complex transfer[4])
+{
+    if (!(edges->weight > 0)) return false;
+    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
+    keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
+    keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
+    Cascade cascade;
+    Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
+    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
+    uint32_t number = 0;
+    for (uint32_t i = 0; i < path->count; i++) {
+        const KellerStep *step = &path->step[i];
+        if (step->kind == KELLER_DIFFRACTION) {
+            diffract(scene, path, &edges->edge[number], number, &cascade, media, &wave);
+            i = edges->edge[number++].end;
+        } else {
+            meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
+        }
+    }
+    for (int j = 0; j < 2; j++) {
+        KellerCVec3 e = wave.chained ? chain_field(&wave.chain, j) : wave.e[j];
+        transfer[0 + j] = spreading * wave.fade * component(e, theta_rx);
+        transfer[2 + j] = spreading * wave.fade * component(e, phi_rx);
+    }
+    return true;
+}
+
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
     double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
-    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
-    keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
-    keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
-    KellerCVec3 e[2] = {complex_vector(theta_tx), complex_vector(phi_tx)};
-    Cascade cascade;
-    double spreading = path_cascade(scene, path, tx, &cascade);
-    uint32_t edge = 0;
-    for (uint32_t i = 0; i < path->count; i++) {
-        if (path->step[i].kind == KELLER_REFLECTION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
-        } else if (path->step[i].kind == KELLER_TRANSMISSION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
-        } else {
-            KellerWedgeWave wave = wave_at(scene, path->step[i].id, media);
-            KellerVec3 in = path->leg[i], out = path->leg[i + 1];
-            if (edge > 0) in = v3_scale(on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
-            if (edge + 1 < cascade.count) out = on_one_side(scene, path->step[i].id, out);
-            for (int j = 0; j < 2; j++)
-                e[j] = keller_diffract_field(&wave, in, out, cascade.before[edge], cascade.behind[edge], k, e[j]);
-            edge++;
-        }
+    /* one edge up to the first width, two from the second on, and in between by and by from the one to the other */
+    const double one = 0.25 * lambda, two = 0.5 * lambda;
+    PathEdges edges;
+    double complex t[2][4] = {{0}};
+    path_edges(scene, path, two, &edges);
+    double part = edges.widest > one ? (two - edges.widest) / (two - one) : 1;
+    carry(scene, path, &edges, tx, k, media, t[0]);
+    if (part < 1) {
+        path_edges(scene, path, one, &edges);
+        carry(scene, path, &edges, tx, k, media, t[1]);
     }
     double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
-    double complex common = path->weight * absorbed * lambda / (4 * M_PI) * spreading * cexp(-I * fmod(k * path->length, 2 * M_PI));
-    for (int j = 0; j < 2; j++) {
-        transfer[0 + j] = common * component(e[j], theta_rx);
-        transfer[2 + j] = common * component(e[j], phi_rx);
-    }
+    double complex common = path->weight * absorbed * lambda / (4 * M_PI) * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    for (int i = 0; i < 4; i++) transfer[i] = common * (part < 1 ? part * t[0][i] + (1 - part) * t[1][i] : t[0][i]);
 }

@@ -45,6 +45,11 @@ static inline void path_cotangents(double z_low, double z_high, double near, dou
     *high = z_high > 0 ? (near > 0 ? z_high / near : INFINITY) : z_high < 0 ? z_high / far : 0;
 }
 
+/* What is left of the wave diffracted in step i of the path where the edge ends near by: from 1 far from the ends to 0 at them,
+ * so that nothing jumps as the point leaves the edge. stiffness is k times Cascade.along (rad/m^2). Ends that are not free, or where
+ * the edge goes on as another wedge, do not count. docs/theory.md, "Ends of edges". */
+double path_end_fade(const KellerScene *scene, const KellerPath *path, uint32_t i, double stiffness);
+
 /* True if the wedge's edge lies in a plane of that id. */
 bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uint32_t plane);
 
@@ -93,6 +98,7 @@ typedef struct {
     KellerVec3 leg, position;   /* the leg before the interaction; behind the last one a node with only its leg */
     KellerStep step;
     uint32_t triangle;
+    uint8_t free_end;
 } PathNode;
 
 typedef struct {

@@ -23,7 +23,7 @@ bool path_list_push(PathList *list, const KellerPath *path)
         !grow((void **)&list->nodes, list->node_count + n + 1, &list->node_capacity, sizeof *list->nodes))
         return false;
     PathNode *node = &list->nodes[list->node_count];
-    for (uint32_t i = 0; i < n; i++) node[i] = (PathNode){path->leg[i], path->position[i], path->step[i], path->triangle[i]};
+    for (uint32_t i = 0; i < n; i++) node[i] = (PathNode){path->leg[i], path->position[i], path->step[i], path->triangle[i], path->free_end[i]};
     node[n] = (PathNode){.leg = path->leg[n]};
     list->items[list->count++] = (PathItem){path->length, path->weight, list->node_count, n};
     list->node_count += n + 1;
@@ -42,6 +42,7 @@ void path_list_get(const PathList *list, size_t index, KellerPath *path)
         path->position[i] = node[i].position;
         path->step[i] = node[i].step;
         path->triangle[i] = node[i].triangle;
+        path->free_end[i] = node[i].free_end;
     }
     path->leg[item->count] = node[item->count].leg;
 }

@@ -115,3 +115,14 @@ void keller_antenna_field(const KellerAntenna *antenna, const double orientation
     if (f_theta) *f_theta = amplitude * v3_dot(unit, theta_hat);
     if (f_phi) *f_phi = amplitude * v3_dot(unit, phi_hat);
 }
+
+double complex keller_array_factor(const KellerAntenna *antenna, const double orientation[3], KellerVec3 d, double k)
+{
+    if (antenna->element_count == 0) return 1;
+    Axes axes = antenna_axes(orientation);
+    KellerVec3 local = v3(v3_dot(axes.x, d), v3_dot(axes.y, d), v3_dot(axes.z, d));
+    double complex sum = 0;
+    for (uint32_t i = 0; i < antenna->element_count; i++)
+        sum += cexp(I * (antenna->elements[i].phase + k * v3_dot(local, antenna->elements[i].position)));
+    return sum / sqrt(antenna->element_count);
+}

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <cerf.h>
 #include "keller/wave.h"
+#include "wave/descent.h"
 
 /* a = 1/d1 + 1/d2 and b = 1/d2 + 1/d3: the inverse distance parameters of the edges, c of the first with the second
  * away. */
@@ -27,22 +28,11 @@ static double complex single_edge(double k, double c, double h)
     return 0.5 * cerfc(r + I * r);
 }
 
-/* Gauss-Legendre, 16 nodes in [-1, 1]; the other half has negative signs (Abramowitz and Stegun, table 25.4). */
-enum { HALF = 8, PANELS = 4 };
-static const double node[HALF] = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
-                                  0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
-                                  0.9445750230732325761, 0.9894009349916499326};
-static const double weight[HALF] = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
-                                    0.1495959888165767321, 0.1246289712555338720, 0.0951585116824927848,
-                                    0.0622535239386478929, 0.0271524594117540949};
-
-/* Where the integrand has fallen by e^{-DECAY}. */
-#define DECAY 42.0
-
 /* e^{-jkc y^2/2} erfc(e^{j pi/4} sqrt(kb/2) (h2 - y/(b d2)))/2 at y = h1 + e^{-j pi/4} s: the wave in the plane of the first
  * edge, times what the second edge leaves of it. With both exponents taken together nothing overflows. */
-static double complex integrand(const Edges *e, double s)
+static double complex integrand(const void *context, double s)
 {
+    const Edges *e = context;
     double complex rotation = M_SQRT1_2 * (1 + I), y = e->h1 + s / rotation;
     double complex z = rotation * sqrt(0.5 * e->k * e->b) * (e->h2 - y / (e->b * e->d2));
     double complex open = -0.5 * I * e->k * e->c * y * y, tail = open - z * z;
@@ -51,30 +41,14 @@ static double complex integrand(const Edges *e, double s)
     return cexp(open) - 0.5 * cexp(tail) * w_of_z(-I * z);
 }
 
-/* Where slope s + curve s^2/2 reaches DECAY. */
-static double reach(double slope, double curve)
-{
-    return 2 * DECAY / (slope + sqrt(slope * slope + 2 * DECAY * curve));
-}
-
-static double complex integral(const Edges *e, double from, double to)
-{
-    double complex sum = 0;
-    for (int p = 0; p < PANELS; p++)
-        for (int i = 0; i < HALF; i++)
-            for (int side = -1; side <= 1; side += 2)
-                sum += weight[i] * integrand(e, from + (to - from) * (p + 0.5 + 0.5 * side * node[i]) / PANELS);
-    return sum * (0.5 * (to - from) / PANELS);
-}
-
 /* For a first edge above the line and in the way: then both parts of the integrand fall, one like e^{-k (c h1 s/sqrt 2 +
  * c s^2/2)}, the other like e^{-k (angle s/sqrt 2 + a s^2/2)}, which may be many times faster or slower. */
 static double complex steepest_descent(const Edges *e)
 {
-    double open = reach(M_SQRT1_2 * e->k * e->c * e->h1, e->k * e->c);
-    double tail = reach(M_SQRT1_2 * e->k * first_angle(e), e->k * e->a);
+    double open = descent_reach(M_SQRT1_2 * e->k * e->c * e->h1, e->k * e->c);
+    double tail = descent_reach(M_SQRT1_2 * e->k * first_angle(e), e->k * e->a);
     double near = fmin(open, tail), far = fmax(open, tail);
-    return sqrt(e->k * e->c / (2 * M_PI)) * (integral(e, 0, near) + integral(e, near, far));
+    return sqrt(e->k * e->c / (2 * M_PI)) * (descent_integral(integrand, e, 0, near) + descent_integral(integrand, e, near, far));
 }
 
 static bool stands_in_the_way(const Edges *e) { return e->h1 >= 0 && first_angle(e) >= 0; }

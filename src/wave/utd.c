@@ -1,7 +1,8 @@
 /* The scalar coefficient of the uniform theory of diffraction: Kouyoumjian and Pathak, Proc. IEEE 62 (1974) 1448-1461.
  * docs/theory.md has the formulas in the order of the code. */
+#include "wave/utd.h"
+
 #include <cerf.h>
-#include "keller/wave.h"
 
 double complex keller_transition(double x)
 {
@@ -71,4 +72,23 @@ void keller_utd_slopes(double n, double phi, double phi_incident, double sin_bet
     double distance[4];
     double complex factor = reduce(n, phi, phi_incident, sin_beta0, k, distance);
     for (int i = 0; i < 4; i++) slope[i] = factor * slope_of(distance[i], n, k * L);
+}
+
+void utd_terms(double n, double phi, double phi_incident, double sin_beta0, double k, double L, UtdTerm term[4])
+{
+    double distance[4];
+    double complex factor = reduce(n, phi, phi_incident, sin_beta0, k, distance), d[4];
+    keller_utd_terms(n, phi, phi_incident, sin_beta0, k, L, d);
+    for (int i = 0; i < 4; i++) {
+        double eps = distance[i], sine = sin(0.5 * eps);
+        bool on_boundary = fabs(eps) < KELLER_BOUNDARY_ANGLE;
+        double complex beside = n * sqrt(2 * M_PI * k * L) * (M_SQRT1_2 + I * M_SQRT1_2);
+        double steep = on_boundary ? n : sine / tan(eps / (2 * n));
+        term[i] = (UtdTerm){.x = 2 * fabs(sine) * sqrt(k * L),
+                            .side = eps < 0 && !on_boundary ? -1 : 1,
+                            .on_boundary = on_boundary,
+                            .value = on_boundary ? factor * beside : d[i],
+                            .slope = factor * slope_of(eps, n, k * L),
+                            .pole_slope = factor * (-2 * I * k * L * steep * transition_rest(2 * k * L * sine * sine))};
+    }
 }

@@ -297,6 +297,51 @@ static void paths_match_images(void **state)
     keller_scene_free(&scene);
 }
 
+/* ---- the sum of all paths ---------------------------------------------------------------------------------------- */
+
+/* 1000 receivers between the walls, both polarisations: the coherent sum of the paths against that of the images. */
+static void sum_of_images(void **state)
+{
+    enum { COUNT = 1000 };
+    const Case *c = *state;
+    KellerScene scene = canyon(c->wall, c->ground);
+    KellerVec3 *rx = malloc(COUNT * sizeof *rx);
+    assert_non_null(rx);
+    Random random = random_seeded(20);
+    for (int i = 0; i < COUNT; i++)
+        rx[i] = v3(random_range(&random, 2, 200), random_range(&random, 0.5, 19.5), random_range(&random, 0.5, 25));
+    double worst = 0, worst_of_sum = 0;
+    for (int h = 0; h < 2; h++) {
+        Run run = run_new(&transmitter, COUNT, rx, ORDER, 0, ORDER);
+        run.frequency[0] = c->frequency;
+        run.antenna.polarization = h ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
+        FoundPaths found = run_simulation(&scene, &run);
+        assert_int_equal(found.count, COUNT * 4 * ORDER);
+        double complex *total = calloc(COUNT, sizeof *total);
+        assert_non_null(total);
+        for (size_t i = 0; i < found.count; i++) total[found.path[i].rx] += found.path[i].gain[0];
+        for (int i = 0; i < COUNT; i++) {
+            Image list[4 * ORDER];
+            Complex sum = 0, t[4];
+            Real sizes = 0;
+            int count = images(rx[i], list);
+            for (int k = 0; k < count; k++) {
+                transfer(&list[k], c, t);
+                sum += t[h ? 3 : 0];
+                sizes += cabsl(t[h ? 3 : 0]);
+            }
+            worst = fmax(worst, (double)(cabsl(total[i] - sum) / sizes));
+            worst_of_sum = fmax(worst_of_sum, (double)(cabsl(total[i] - sum) / cabsl(sum)));
+        }
+        free(total);
+        found_free(&found);
+    }
+    print_message("# %s: off by at most %.2g of the sum, %.2g of the sum of sizes\n", c->name, worst_of_sum, worst);
+    assert_true(worst_of_sum <= 1e-9);
+    free(rx);
+    keller_scene_free(&scene);
+}
+
 /* ---- the table of the truth folder, where there is one ---------------------------------------------------------- */
 
 enum { COLUMNS = 30 };
@@ -365,10 +410,13 @@ static void truth_table(void **state)
 
 int main(void)
 {
-    struct CMUnitTest tests[CASES + 1];
+    struct CMUnitTest tests[CASES + 3];
     for (size_t i = 0; i < CASES; i++)
         tests[i] = (struct CMUnitTest){cases[i].name, paths_match_images, NULL, NULL, (void *)(uintptr_t)&cases[i]};
-    tests[CASES] = (struct CMUnitTest){"truth_table", truth_table, NULL, NULL, NULL};
+    for (size_t i = 0; i < 2; i++) /* concrete */
+        tests[CASES + i] = (struct CMUnitTest){i ? "sum_at_28GHz" : "sum_at_3.5GHz", sum_of_images, NULL, NULL,
+                                               (void *)(uintptr_t)&cases[i]};
+    tests[CASES + 2] = (struct CMUnitTest){"truth_table", truth_table, NULL, NULL, NULL};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

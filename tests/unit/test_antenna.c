@@ -74,8 +74,10 @@ static void values(void **state)
     (void)state;
     for (int polarization = 0; polarization < 2; polarization++) {
         KellerPolarization pol = polarization ? KELLER_POLARIZATION_H : KELLER_POLARIZATION_V;
-        KellerAntenna isotropic = {KELLER_ANTENNA_ISOTROPIC, pol, NULL}, dipole = {KELLER_ANTENNA_DIPOLE, pol, NULL};
-        KellerAntenna half = {KELLER_ANTENNA_HALF_WAVE_DIPOLE, pol, NULL}, sector = {KELLER_ANTENNA_TR38901, pol, NULL};
+        KellerAntenna isotropic = {.pattern = KELLER_ANTENNA_ISOTROPIC, .polarization = pol};
+        KellerAntenna dipole = {.pattern = KELLER_ANTENNA_DIPOLE, .polarization = pol};
+        KellerAntenna half = {.pattern = KELLER_ANTENNA_HALF_WAVE_DIPOLE, .polarization = pol};
+        KellerAntenna sector = {.pattern = KELLER_ANTENNA_TR38901, .polarization = pol};
         for (int i = 0; i <= 12; i++) {
             double zenith = i * 15 * degree;
             KellerVec3 d = towards(zenith, 1.1);
@@ -110,7 +112,7 @@ static void integrals(void **state)
     static const double expected[] = {1, 1, 1, 0.65679775};
     for (int pattern = 0; pattern < 4; pattern++)
         for (int polarization = 0; polarization < 2; polarization++) {
-            KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)polarization, NULL};
+            KellerAntenna a = {.pattern = (KellerAntennaPattern)pattern, .polarization = (KellerPolarization)polarization};
             const int rows = 360, columns = 720;
             double sum = 0;
             for (int i = 0; i < rows; i++) {
@@ -128,7 +130,7 @@ static void polarization(void **state)
 {
     (void)state;
     for (int pattern = 0; pattern < 4; pattern++) {
-        KellerAntenna v = {(KellerAntennaPattern)pattern, KELLER_POLARIZATION_V, NULL}, h = v;
+        KellerAntenna v = {.pattern = (KellerAntennaPattern)pattern, .polarization = KELLER_POLARIZATION_V}, h = v;
         h.polarization = KELLER_POLARIZATION_H;
         double complex t, p;
         keller_antenna_field(&v, upright, towards(1, 0.4), &t, &p);
@@ -140,7 +142,7 @@ static void polarization(void **state)
     }
     /* A vertical dipole rolled by 90 degrees lies along -y (intrinsic x rotation takes z to -y): seen along x its field
      * is -y, which is -phi-hat there. */
-    KellerAntenna dipole = {KELLER_ANTENNA_DIPOLE, KELLER_POLARIZATION_V, NULL};
+    KellerAntenna dipole = {.pattern = KELLER_ANTENNA_DIPOLE, .polarization = KELLER_POLARIZATION_V};
     double complex t, p;
     keller_antenna_field(&dipole, (double[]){0, 0, M_PI / 2}, v3(1, 0, 0), &t, &p);
     /* along z the dipole points up: E along -theta-hat of the antenna's axis means E = -(axis): theta-hat = -z at x */
@@ -151,7 +153,7 @@ static void polarization(void **state)
 static void orientation(void **state)
 {
     (void)state;
-    KellerAntenna sector = {KELLER_ANTENNA_TR38901, KELLER_POLARIZATION_V, NULL};
+    KellerAntenna sector = {.pattern = KELLER_ANTENNA_TR38901, .polarization = KELLER_POLARIZATION_V};
     assert_true(fabs(decibels(gain(sector, (double[]){M_PI / 2, 0, 0}, v3(0, 1, 0))) - 8) < 1e-12);
     KellerVec3 down = towards(120 * degree, 90 * degree);
     for (double roll = 0; roll < 3; roll += 0.7)
@@ -183,7 +185,7 @@ static void covariance(void **state)
     for (int pattern = 0; pattern < 4; pattern++)
         for (int pol = 0; pol < 2; pol++)
             for (int i = 0; i < 400; i++) {
-                KellerAntenna a = {(KellerAntennaPattern)pattern, (KellerPolarization)pol, NULL};
+                KellerAntenna a = {.pattern = (KellerAntennaPattern)pattern, .polarization = (KellerPolarization)pol};
                 double o[3] = {i * 0.7, i * 1.3, i * 0.37};
                 KellerVec3 d = i % 10 == 0 ? v3(0, 0, i % 20 ? 1 : -1) : towards(0.1 + 0.007 * i, 0.9 * i);
                 KellerVec3 expected = turn(field(&a, upright, d), o), found = field(&a, o, turn(d, o));
@@ -222,7 +224,7 @@ static void cuts(void **state)
 {
     (void)state;
     KellerAntennaCuts c = beam();
-    KellerAntenna a = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_V, &c};
+    KellerAntenna a = {.pattern = KELLER_ANTENNA_CUTS, .polarization = KELLER_POLARIZATION_V, .cuts = &c};
     for (int i = 0; i < 360; i++) {
         /* the horizontal cut on the cone through the vertical one's maximum, and the vertical one's front half */
         assert_true(fabs(decibels(gain(a, upright, msi_direction(i, 6))) - (15 - c.horizontal[i])) < 1e-9);
@@ -253,7 +255,8 @@ static void cuts_everywhere(void **state)
 {
     (void)state;
     KellerAntennaCuts c = beam(), flat = {.gain = 3};
-    KellerAntenna v = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_V, &c}, h = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_H, &c};
+    KellerAntenna v = {.pattern = KELLER_ANTENNA_CUTS, .polarization = KELLER_POLARIZATION_V, .cuts = &c};
+    KellerAntenna h = {.pattern = KELLER_ANTENNA_CUTS, .polarization = KELLER_POLARIZATION_H, .cuts = &c};
     for (int i = 0; i < 500; i++) {
         KellerVec3 d = towards(0.0063 * i, 0.9 * i);
         assert_true(fabs(gain(v, upright, d) - gain(h, upright, d)) < 1e-12);

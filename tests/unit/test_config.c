@@ -242,6 +242,24 @@ static void test_antenna_file(void **state)
     free(two);
 }
 
+static void test_array(void **state)
+{
+    char *text = replaced(base_config, "<antenna pattern=\"tr38901\" polarization=\"H\"/>",
+                          "<antenna pattern='dipole'><element y='-2 cm' phase='90 deg'/><element/><element x='1 m' z='3 mm'/></antenna>");
+    KellerConfig c;
+    read_text(*state, text, 0, NULL, &c);
+    const KellerAntenna *a = &c.transmitters[0].station.antenna;
+    assert_int_equal(c.array_count, 1);
+    assert_int_equal(a->pattern, KELLER_ANTENNA_DIPOLE);
+    assert_int_equal(a->element_count, 3);
+    assert_true(a->elements[0].position.y == -0.02 && a->elements[0].phase == PI / 2);
+    assert_true(v3_norm(a->elements[1].position) == 0 && a->elements[1].phase == 0);
+    assert_true(a->elements[2].position.x == 1 && a->elements[2].position.z == 0.003);
+    assert_int_equal(c.receivers[0].station.antenna.element_count, 0);
+    keller_config_free(&c);
+    free(text);
+}
+
 /* Orders that this version does not compute are the solver's to refuse. */
 static void test_orders_beyond_the_solver(void **state)
 {
@@ -431,6 +449,7 @@ int main(void)
         cmocka_unit_test(test_variables),
         cmocka_unit_test(test_xml_features),
         cmocka_unit_test(test_many),
+        cmocka_unit_test(test_array),
         cmocka_unit_test(test_shipped),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);

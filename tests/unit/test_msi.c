@@ -157,7 +157,7 @@ static void no_file(void **state)
 /* Gain over the sphere: 0 dB or less for an antenna, but two cuts tell too little to come nearer than some 2 dB. */
 static double mean_gain(const KellerAntennaCuts *cuts)
 {
-    KellerAntenna a = {KELLER_ANTENNA_CUTS, KELLER_POLARIZATION_V, cuts};
+    KellerAntenna a = {.pattern = KELLER_ANTENNA_CUTS, .polarization = KELLER_POLARIZATION_V, .cuts = cuts};
     double sum = 0, weight = 0;
     for (int i = 0; i < 360; i++)
         for (int j = 0; j < 720; j++) {

@@ -1,0 +1,34 @@
+/* A wave over several edges, one after the other, each of which may lie in the transition zones of its neighbours.
+ * docs/theory.md, "Several diffractions". */
+#ifndef KELLER_WAVE_CHAIN_H
+#define KELLER_WAVE_CHAIN_H
+#include "wave/pair.h"
+#include "wave/utd.h"
+
+/* How one edge stands in the chain. */
+typedef struct {
+    double distance;            /* m: the distance parameter L, but for its sin^2 beta0 */
+    double coupling;            /* with the edge before, in (-1, 1); 0 for the first. With u the way of a point across the ray
+                                   at an edge, towards ray x direction of the edge: the mixed second derivative of the length
+                                   by the u of both, over the root of the product of those by each. Two parallel edges
+                                   have -sqrt(d1 d3/((d1 + d2)(d2 + d3))), antiparallel ones the opposite */
+} ChainPlace;
+
+/* The fields of two waves (j) behind the last edge so far, by the term (a) of its coefficient: term[a].value times whole[j][a],
+ * plus rest[j][a]. Between edges each of these vectors is to be taken through what the wave meets there. */
+typedef struct {
+    UtdTerm term[4];
+    PairSide side[4];
+    double L, k;
+    KellerCVec3 whole[2][4], rest[2][4];
+} Chain;
+
+/* The first edge: unit directions `in` and `out`, incident fields e (transverse to `in`). No spreading. */
+void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, const KellerCVec3 e[2],
+                 Chain *chain);
+
+/* The next edge. */
+void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *chain);
+
+KellerCVec3 chain_field(const Chain *chain, int wave);
+#endif

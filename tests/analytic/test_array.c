@@ -1,0 +1,76 @@
+/* Antenna arrays: the factor by hand, and the phases of elements against elements that are traced one by one. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../stability/harness.h"
+#include "../stability/scenes.h"
+#include "keller/wave.h"
+
+static const double still[3] = {0, 0, 0};
+
+/* Two elements a quarter of a wavelength on either side: e^{jx} + e^{-jx} over the root of 2, x = (pi/2) cos of the angle. */
+static void two_elements(void **state)
+{
+    (void)state;
+    const double k = 70, quarter = 0.5 * M_PI / k;
+    const KellerArrayElement elements[2] = {{{0, quarter, 0}, 0}, {{0, -quarter, 0}, 0}};
+    KellerAntenna a = {.element_count = 2, .elements = elements};
+    assert_true(cabs(keller_array_factor(&a, still, v3(1, 0, 0), k) - M_SQRT2) < 1e-14);
+    assert_true(cabs(keller_array_factor(&a, still, v3(0, 1, 0), k)) < 1e-14);
+    assert_true(cabs(keller_array_factor(&a, still, v3(0.8, 0.6, 0), k) - M_SQRT2 * cos(0.3 * M_PI)) < 1e-14);
+    /* a quarter turn to the left takes the antenna's y to -x */
+    const double turned[3] = {M_PI / 2, 0, 0};
+    assert_true(cabs(keller_array_factor(&a, turned, v3(1, 0, 0), k)) < 1e-14);
+    assert_true(cabs(keller_array_factor(&(KellerAntenna){.element_count = 0}, still, v3(1, 0, 0), k) - 1) == 0);
+    /* fed so that the waves agree towards +y: phase + k d.r is the same for both */
+    const KellerArrayElement fed[2] = {{{0, quarter, 0}, -M_PI / 2}, {{0, -quarter, 0}, M_PI / 2}};
+    a.elements = fed;
+    assert_true(cabs(keller_array_factor(&a, still, v3(0, 1, 0), k) - M_SQRT2) < 1e-14);
+}
+
+/* The gain of arrays at both ends is that of all pairs of elements, each traced: but for the curvature of waves, k r^2/2R, and the
+ * spreading, r/R. */
+static void against_tracing(void **state)
+{
+    (void)state;
+    const KellerArrayElement elements[3] = {{{0.01, 0.04, 0}, 0.3}, {{0, 0, 0.02}, 1.1}, {{0, -0.05, 0.01}, -0.7}};
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "street");
+    soup_quad(&soup, v3(-900, -500, 0), v3(900, -500, 0), v3(900, 500, 0), v3(-900, 500, 0), CONCRETE);
+    soup_quad(&soup, v3(-900, 90, 0), v3(900, 90, 0), v3(900, 90, 200), v3(-900, 90, 200), CONDUCTOR);
+    KellerScene scene = scene_of(&soup);
+    KellerVec3 tx = v3(-350, 0, 60), rx = v3(400, 30, 40);
+    Run run = run_new(&tx, 1, &rx, 2, 1, 3);
+    run.antenna.element_count = 3;
+    run.antenna.elements = elements;
+    FoundPaths found = run_simulation(&scene, &run);
+    double complex whole = found_total(&found, 0, 0), sum = 0;
+    double sizes = 0;
+    for (size_t i = 0; i < found.count; i++) sizes += cabs(found.path[i].gain[0]);
+    assert_true(found.count >= 4);
+    found_free(&found);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            KellerVec3 from = v3_add(tx, elements[i].position), to = v3_add(rx, elements[j].position);
+            Run one = run_new(&from, 1, &to, 2, 1, 3);
+            found = run_simulation(&scene, &one);
+            sum += found_total(&found, 0, 0) * cexp(I * (elements[i].phase + elements[j].phase)) / 3;
+            found_free(&found);
+        }
+    assert_true(cabs(whole - sum) < 2e-3 * sizes);
+    assert_true(cabs(whole) > 0.05 * sizes);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(two_elements), cmocka_unit_test(against_tracing)};
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,114 @@
+/* The transition function of two edges in a row, against a brute sum over the plane and against the double knife edge. */
+#include <cerf.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "keller/wave.h"
+
+static const double complex turn = M_SQRT1_2 * (1 + I);
+
+/* integral of e^{-s^2/2 - z s} over s > 0 */
+static double complex one(double x) { return sqrt(M_PI / 2) * w_of_z(I * turn * x * M_SQRT1_2); }
+
+/* Gauss-Legendre with 5 nodes a cell (Abramowitz and Stegun, table 25.4). */
+static const double node[5] = {-0.9061798459386640, -0.5384693101056831, 0, 0.5384693101056831, 0.9061798459386640};
+static const double weight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
+                                 0.2369268850561891};
+
+/* The double integral, cell by cell. The exponent's real part is at least (1 - |r|)(s^2 + t^2)/2 + (x1 s + x2 t)/sqrt 2. */
+static double complex brute(double x1, double x2, double r)
+{
+    enum { CELLS = 120 };
+    double x[2] = {x1, x2}, reach[2];
+    for (int i = 0; i < 2; i++) {
+        double curve = 1 - fmax(r, 0), slope = M_SQRT1_2 * x[i];
+        reach[i] = 2 * 34 / (slope + sqrt(slope * slope + 2 * 34 * curve));
+    }
+    double complex sum = 0;
+    for (int i = 0; i < 5 * CELLS; i++)
+        for (int j = 0; j < 5 * CELLS; j++) {
+            double s = reach[0] * (i / 5 + 0.5 + 0.5 * node[i % 5]) / CELLS, t = reach[1] * (j / 5 + 0.5 + 0.5 * node[j % 5]) / CELLS;
+            sum += weight[i % 5] * weight[j % 5] * cexp(-0.5 * s * s - 0.5 * t * t + r * s * t - turn * (x1 * s + x2 * t));
+        }
+    return sum * reach[0] * reach[1] / (4.0 * CELLS * CELLS);
+}
+
+static const double xs[] = {0, 0.3, 1.7, 2.999, 3.001, 6, 25};
+#define XS (sizeof xs / sizeof *xs)
+
+static void against_the_plane(void **state)
+{
+    (void)state;
+    static const double rs[] = {-0.95, -0.5, 0.2, 0.9};
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = i; j < XS; j++)
+            for (size_t k = 0; k < sizeof rs / sizeof *rs; k++) {
+                double complex expected = brute(xs[i], xs[j], rs[k]) / (one(xs[i]) * one(xs[j]));
+                double off = cabs(keller_edge_pair(xs[i], xs[j], rs[k]) / expected - 1);
+                if (!(off < 1e-10)) fail_msg("x %g %g, r %g: off by %g", xs[i], xs[j], rs[k], off);
+            }
+}
+
+/* Two screens with a = b = 1, d2 = 1/r, d1 = d3 = 1/(1 - r), k = 1: bends x1, x2 belong to heights (x1 + r x2)/(1 - r^2) and
+ * the other way round, and the ray over both edges is half the bends times the heights longer than the straight line. */
+static void against_the_double_edge(void **state)
+{
+    (void)state;
+    double worst = 0;
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++)
+            for (int k = 1; k < 50; k++) {
+                double r = k < 40 ? 0.025 * k : 1 - pow(10, -0.5 * (k - 37)), rest = (1 - r) * (1 + r), x1 = xs[i], x2 = xs[j];
+                double h1 = (x1 + r * x2) / rest, h2 = (x2 + r * x1) / rest, longer = 0.5 * (h1 * x1 + h2 * x2);
+                if (longer > 1e4) continue; /* the phase of the other function has no digits left */
+                double complex u = keller_double_edge(1, 1 / (1 - r), 1 / r, 1 / (1 - r), h1, h2) * cexp(I * longer);
+                double complex expected = u * 2 * M_PI / sqrt(rest) / (one(x1) * one(x2));
+                worst = fmax(worst, cabs(keller_edge_pair(x1, x2, r) / expected - 1));
+            }
+    print_message("# largest relative difference %.2g\n", worst);
+    assert_true(worst < 2e-11); /* 1e-12 of longer */
+}
+
+/* Exchanging the edges changes no bit; both ways of computing meet. */
+static void exchanged(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++)
+            for (double r = -0.99; r < 1; r += 0.11) {
+                double complex a = keller_edge_pair(xs[i], xs[j], r);
+                assert_true(a == keller_edge_pair(xs[j], xs[i], r));
+                if (r * r < 1e-6) assert_true(cabs(a - 1) < 1e-2);
+            }
+    for (double r = -0.999; r < 1; r += 0.111)
+        for (double x = 3; x < 40; x *= 1.7)
+            assert_true(cabs(keller_edge_pair(3, x, r) / keller_edge_pair(3 - 1e-13, x, r) - 1) < 2e-12);
+    assert_true(keller_edge_pair(0.1, 4, 0) == 1);
+}
+
+/* Far outside of both zones there is the slope term left: 1 + j r (j/x1)(j/x2) + ... = 1 - j r/(x1 x2). */
+static void far_out(void **state)
+{
+    (void)state;
+    for (double x = 30; x < 1e6; x *= 3) {
+        double z = 0.7 / (x * 2 * x);
+        assert_true(cabs(keller_edge_pair(x, 2 * x, 0.7) - (1 - I * z)) < 5 * z / (x * x));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(against_the_plane),
+        cmocka_unit_test(against_the_double_edge),
+        cmocka_unit_test(exchanged),
+        cmocka_unit_test(far_out),
+    };
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
