@@ -14,6 +14,7 @@
 #include "keller/resolve.h"
 #include "keller/result.h"
 #include "keller/scene.h"
+#include "keller/sound.h"
 #include "keller/soup.h"
 #include "keller/vec.h"
 #include "keller/wave.h"

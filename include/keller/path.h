@@ -77,7 +77,7 @@ typedef struct {
     double (*departure)[2], (*arrival)[2];
     double *doppler;              /* [count][F] */
     double complex *gain;         /* [count][F] */
-    double complex *transfer;     /* [count][F][2][2] */
+    double complex *transfer;     /* [count][F][2][2]; NULL for sound */
     uint8_t *interaction_kind;    /* [interaction_count] */
     KellerVec3 *interaction_position;
     uint32_t *interaction_triangle, *interaction_wedge;  /* KELLER_NONE where it does not apply */

@@ -72,6 +72,7 @@ typedef struct {
     double contact;                 /* m: things nearer than this touch (keller_scene_contact) */
     KellerWedgeModel wedge_model;   /* how the wedges diffract; the caller's to change once the scene is built */
     KellerAir air;                  /* likewise what the air takes; nothing as built */
+    KellerSound sound;              /* likewise; all zero as built: radio waves */
     KellerSceneReport report;
 } KellerScene;
 

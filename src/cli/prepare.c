@@ -43,6 +43,7 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     if (status == KELLER_OK) status = keller_build_scene_of(p->config.scene_file, &p->soup, &p->scene, error);
     p->scene.wedge_model = p->config.wedge_model;
     p->scene.air = p->config.air;
+    p->scene.sound = p->config.sound;
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;
@@ -69,6 +70,13 @@ static const char *material_text(const KellerMaterial *m, char text[120])
         break;
     case KELLER_MATERIAL_CONDUCTOR: snprintf(text, 120, "perfect conductor"); break;
     case KELLER_MATERIAL_LAYERS: snprintf(text, 120, "%u layers, %s", m->layer_count, thickness); break;
+    case KELLER_MATERIAL_RIGID: snprintf(text, 120, "rigid"); break;
+    case KELLER_MATERIAL_ABSORPTION:
+        snprintf(text, 120, "absorption %g%s", m->surface[0][0], m->band_count > 1 ? " and on" : "");
+        break;
+    case KELLER_MATERIAL_IMPEDANCE:
+        snprintf(text, 120, "impedance %g%+gj%s", m->surface[0][0], m->surface[0][1], m->band_count > 1 ? " and on" : "");
+        break;
     }
     return text;
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "path/batch.h"
+#include "path/field.h"
 #include "path/join.h"
 #include "base/number.h"
 
@@ -187,7 +188,7 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
         add_work(s->work, &work);
     }
     for (uint32_t i = 0; i < count; i++) {
-        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, &results[i]);
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene), &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");

@@ -1,0 +1,37 @@
+/* The pressure that a path carries: a product of numbers, where keller_path_transfer has matrices. */
+#include <math.h>
+
+#include "keller/sound.h"
+#include "path/cascade.h"
+#include "path/field.h"
+
+/* The edge-th diffraction of the path, its step i. */
+static double complex diffracted(const KellerScene *scene, const KellerPath *path, uint32_t i, const Cascade *cascade, uint32_t edge,
+                                 const KellerMedium *media, double k)
+{
+    KellerWedgeWave wave = path_wave_at(scene, path->step[i].id, media);
+    KellerVec3 in = path->leg[i], out = path->leg[i + 1];
+    if (edge > 0) in = v3_scale(path_on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
+    if (edge + 1 < cascade->count) out = path_on_one_side(scene, path->step[i].id, out);
+    return keller_sound_diffraction(&wave, in, out, cascade->before[edge], cascade->behind[edge], k);
+}
+
+double complex path_pressure(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
+                             const KellerMedium *media)
+{
+    double k = 2 * M_PI * frequency / scene->sound.speed;
+    Cascade cascade;
+    double complex p = path->weight * path_cascade(scene, path, tx, &cascade);
+    uint32_t edge = 0;
+    for (uint32_t i = 0; i < path->count; i++) {
+        if (path->step[i].kind == KELLER_REFLECTION) {
+            const KellerFace *f = &scene->faces[path->step[i].id];
+            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(path->leg[i], f->normal)));
+        } else {
+            p *= diffracted(scene, path, i, &cascade, edge, media, k);
+            edge++;
+        }
+    }
+    double absorbed = pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
+    return p * absorbed * cexp(-I * fmod(k * path->length, 2 * M_PI));
+}
