@@ -96,6 +96,8 @@ typedef struct {
     uint32_t threads;           /* 0: all */
     uint32_t split_over;        /* cones that meet more faces and wedges than this are split; 0: chosen by the search. Changes
                                    the speed, never the paths; not in the XML */
+    double response_rate;       /* sound: Hz, of the impulse responses at points; 0: none are asked for */
+    double response_duration;   /* s */
     bool output_paths, output_coverage, output_scene;
 } KellerConfig;
 

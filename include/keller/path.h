@@ -91,6 +91,8 @@ typedef struct {
     double *path_gain;            /* [F][ny][nx] |sum of gains|^2 */
     double *delay_spread;         /* [ny][nx] s, rms, weighted with the power at the first frequency; NaN: no path */
     double *strongest_delay;      /* [ny][nx] s; NaN: no path */
+    double *level;                /* sound: [F][ny][nx] dB re 20 uPa, of the band or tone; -infinity: no path. Radio: NULL */
+    double *level_a;              /* sound: [ny][nx] dB, A-weighted, of all frequencies together */
 } KellerCoverage;
 
 typedef struct {

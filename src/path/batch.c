@@ -198,6 +198,8 @@ void coverage_free(KellerCoverage *c)
     free(c->path_gain);
     free(c->delay_spread);
     free(c->strongest_delay);
+    free(c->level);
+    free(c->level_a);
     memset(c, 0, sizeof *c);
 }
 

@@ -8,6 +8,7 @@
 #include "path/batch.h"
 #include "path/field.h"
 #include "path/join.h"
+#include "path/level.h"
 #include "base/number.h"
 
 enum {
@@ -59,6 +60,9 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
                             "%s:%d: up to %u reflections and diffractions on one path are too many; expected at most %d, or "
                             "interactions=\"...\" to bound them",
                             file, line, bends, KELLER_MAX_BENDS);
+    if (config->sound.speed > 0 && config->transmissions > 0)
+        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: transmissions=\"%u\": sound that passes through walls is not computed; "
+                                                     "expected no transmissions", file, line, config->transmissions);
     for (size_t f = 0; f < config->frequency_count; f++) {
         KellerMedium *media;
         KellerError inner;
@@ -189,6 +193,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     }
     for (uint32_t i = 0; i < count; i++) {
         if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene), &results[i]);
+        if (status == KELLER_OK && coverage && coverage->level)
+            level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
@@ -209,7 +215,10 @@ static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *err
     bool maps = s->sink->coverage && s->config->output_coverage;
     KellerCoverage coverage = {0};
     Unit *units = malloc(patches * sizeof *units);
-    if (!units || (maps && !coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count))) {
+    bool room = !maps || coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count);
+    if (room && maps && s->scene->sound.speed > 0) room = level_init(&coverage);
+    if (!units || !room) {
+        coverage_free(&coverage);
         free(units);
         return keller_error(error, KELLER_FAILED, "out of memory for a grid of %u x %u cells", set->ny, set->nx);
     }

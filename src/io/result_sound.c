@@ -1,0 +1,68 @@
+#include "io/result_sound.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include "keller/sound.h"
+
+KellerStatus keller_result_sound(KellerHdf *hdf, const KellerConfig *config, KellerError *error)
+{
+    size_t F = config->frequency_count, T = config->transmitter_count;
+    const hsize_t table[] = {T, F};
+    double *values = malloc((T * F + F + 1) * sizeof *values);
+    if (!values) return keller_error_memory(error, (T + 1) * F * sizeof *values);
+    for (size_t t = 0; t < T; ++t)
+        for (size_t f = 0; f < F; ++f) values[t * F + f] = config->transmitters[t].level[f];
+    keller_hdf_table(hdf, "/transmitters/level", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 2, table, "dB", values);
+    for (size_t f = 0; f < F; ++f)
+        values[f] = config->bands_per_octave ? keller_band_width(config->bands_per_octave, config->frequencies[f]) : 0;
+    keller_hdf_table(hdf, "/medium/bandwidth", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, &table[1], "Hz", values);
+    for (size_t f = 0; f < F; ++f) values[f] = keller_sound_loss(&config->sound, config->frequencies[f]);
+    keller_hdf_table(hdf, "/medium/absorption", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, &table[1], "dB/m", values);
+    keller_hdf_table(hdf, "/medium/speed", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 0, NULL, "m/s", &config->sound.speed);
+    free(values);
+    return KELLER_OK;
+}
+
+KellerStatus keller_result_surfaces(KellerHdf *hdf, const KellerConfig *config, const KellerScene *scene, KellerError *error)
+{
+    size_t M = scene->material_count, F = config->frequency_count, cells = M * F;
+    double complex *impedance = malloc((cells + 1) * sizeof *impedance);
+    double *absorption = malloc((cells + M + 1) * sizeof *absorption), *scattering = absorption + cells;
+    char **names = malloc((M + 1) * sizeof *names);
+    if (!impedance || !absorption || !names) {
+        free(impedance);
+        free(absorption);
+        free(names);
+        return keller_error_memory(error, cells * sizeof *impedance);
+    }
+    for (size_t m = 0; m < M; ++m) {
+        const KellerMaterial *material = &scene->materials[m];
+        names[m] = material->name;
+        scattering[m] = material->scattering;
+        for (size_t f = 0; f < F; ++f) {
+            KellerMedium medium;
+            double *alpha = &absorption[m * F + f];
+            impedance[m * F + f] = CMPLX(NAN, NAN);
+            *alpha = NAN;
+            if (!keller_material_of_sound(material->kind)) continue; /* allowed where no face has it */
+            keller_sound_medium(material, config->frequencies[f], &medium);
+            if (medium.impedance != 0) {
+                impedance[m * F + f] = medium.impedance;
+                double complex r = (medium.impedance - 1) / (medium.impedance + 1);
+                *alpha = 1 - creal(r * conj(r));
+            } else {
+                *alpha = material->scattering < 1 ? 1 - medium.factor * medium.factor / (1 - material->scattering) : NAN;
+            }
+        }
+    }
+    const hsize_t table[] = {M, F};
+    keller_hdf_texts(hdf, "/materials/name", M, names);
+    keller_hdf_table(hdf, "/materials/absorption", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 2, table, "1", absorption);
+    keller_hdf_table(hdf, "/materials/impedance", hdf->complex_type, hdf->complex_type, 2, table, "1", impedance);
+    keller_hdf_table(hdf, "/materials/scattering", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, table, "1", scattering);
+    free(impedance);
+    free(absorption);
+    free(names);
+    return KELLER_OK;
+}
