@@ -4,6 +4,7 @@
 #define KELLER_SOUND_H
 #include <complex.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include "keller/material.h"
 #include "keller/vec.h"
 #include "keller/wave.h"
@@ -59,4 +60,30 @@ double complex keller_sound_reflection(const KellerMedium *medium, double cos_in
  * sound; the faces' reflection coefficients go to the terms as wedge->model says. Symmetric in the ends as that is. */
 double complex keller_sound_diffraction(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                         double k);
+
+/* ---- rigid edges, exactly --------------------------------------------------------------------------------------- */
+
+/* A finite edge of a rigid wedge, a point source and a receiver in its cylindrical frame (m, rad): the wedge's sector is n pi, the edge
+ * goes from z1 to z2. */
+typedef struct {
+    double n, phi_in, phi;      /* azimuths of source and receiver in [0, n pi] */
+    double r_in, z_in, r, z;
+    double z1, z2;
+} KellerRigidEdge;
+
+/* The edge of a wedge of this length, from an image of the source at s_in before its point `at` (m from its start) to an image of
+ * the receiver at s behind it; directions as in keller_diffract_field. */
+KellerRigidEdge keller_rigid_edge(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s, double at,
+                                  double length);
+/* The pressure that the edge diffracts once, exactly, for a source whose free field is (1 m/r) e^{-jkr}: Biot, Tolstoy and Medwin,
+ * as Svensson's integral along the edge, to 1e-10 of the largest contribution. The phase e^{-jkR} of the shortest way R over the
+ * edge's line is left out. Any place of the ends; where one is on a boundary (within KELLER_BOUNDARY_ANGLE) the term that
+ * jumps there counts with its mean, 0. The time grows with k times the difference of ways along the edge. */
+double complex keller_btm(const KellerRigidEdge *edge, double k);
+/* The shortest way (m) over the edge's line. */
+double keller_btm_shortest(const KellerRigidEdge *edge);
+/* The same in the time domain, phase included, added to h[count]: h[i] is the impulse response (1/s) weighted with a triangle of two
+ * samples' width around start + i/rate (s), whose transform is (sin(pi f/rate)/(pi f/rate))^2; what lies outside of the samples is
+ * left out. `rate` in Hz, the wave's speed in m/s. */
+void keller_btm_response(const KellerRigidEdge *edge, double speed, double rate, double start, size_t count, double *h);
 #endif

@@ -19,4 +19,7 @@ static inline double path_wave_speed(const KellerScene *scene)
  * included, directivities not. */
 double complex path_pressure(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                              const KellerMedium *media);
+/* What domain "acoustic" cannot do: transmissions; with Biot, Tolstoy and Medwin's edges a second diffraction, or a wedge that is
+ * not rigid. */
+KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *scene, KellerError *error);
 #endif

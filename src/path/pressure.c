@@ -13,6 +13,12 @@ static double complex diffracted(const KellerScene *scene, const KellerPath *pat
     KellerVec3 in = path->leg[i], out = path->leg[i + 1];
     if (edge > 0) in = v3_scale(path_on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
     if (edge + 1 < cascade->count) out = path_on_one_side(scene, path->step[i].id, out);
+    if (scene->sound.edges == KELLER_EDGES_BTM) {
+        const KellerWedge *w = &scene->wedges[path->step[i].id];
+        double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction);
+        KellerRigidEdge rigid = keller_rigid_edge(&wave, in, out, cascade->before[edge], cascade->behind[edge], at, w->length);
+        return keller_btm(&rigid, k) * cascade->before[edge];
+    }
     return keller_sound_diffraction(&wave, in, out, cascade->before[edge], cascade->behind[edge], k);
 }
 
@@ -34,4 +40,26 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
     }
     double absorbed = pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
     return p * absorbed * cexp(-I * fmod(k * path->length, 2 * M_PI));
+}
+
+KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
+{
+    const char *file = config->file ? config->file : "";
+    if (config->transmissions > 0)
+        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: transmissions=\"%u\": sound that passes through walls is not computed; "
+                                                     "expected no transmissions", file, config->paths_line, config->transmissions);
+    if (scene->sound.edges != KELLER_EDGES_BTM || config->diffractions == 0) return KELLER_OK;
+    if (config->diffractions > 1)
+        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: diffraction=\"btm\" knows one edge on a path, and diffractions=\"%u\"; "
+                                                     "expected at most 1, or diffraction=\"utd\"",
+                            file, config->paths_line, config->diffractions);
+    for (size_t w = 0; w < scene->wedge_count; w++)
+        for (int j = 0; j < 2; j++) {
+            const KellerMaterial *m = &scene->materials[scene->faces[scene->wedges[w].face[j]].material];
+            if (m->kind != KELLER_MATERIAL_RIGID || m->scattering > 0)
+                return keller_error(error, KELLER_BAD_INPUT, "%s:%d: diffraction=\"btm\" is for rigid wedges, and an edge has a face of "
+                                                             "\"%s\"; expected rigid=\"yes\" without scattering, or "
+                                                             "diffraction=\"utd\"", file, config->paths_line, m->name);
+        }
+    return KELLER_OK;
 }

@@ -60,9 +60,7 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
                             "%s:%d: up to %u reflections and diffractions on one path are too many; expected at most %d, or "
                             "interactions=\"...\" to bound them",
                             file, line, bends, KELLER_MAX_BENDS);
-    if (config->sound.speed > 0 && config->transmissions > 0)
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: transmissions=\"%u\": sound that passes through walls is not computed; "
-                                                     "expected no transmissions", file, line, config->transmissions);
+    if (scene->sound.speed > 0 && path_sound_check(config, scene, error) != KELLER_OK) return KELLER_BAD_INPUT;
     for (size_t f = 0; f < config->frequency_count; f++) {
         KellerMedium *media;
         KellerError inner;
