@@ -12,6 +12,7 @@
 #include "keller/path.h"
 #include "keller/ray.h"
 #include "keller/resolve.h"
+#include "keller/response.h"
 #include "keller/result.h"
 #include "keller/scene.h"
 #include "keller/sound.h"

@@ -8,6 +8,7 @@
 #include "keller/accel.h"
 #include "keller/config.h"
 #include "keller/error.h"
+#include "keller/response.h"
 #include "keller/scene.h"
 
 /* Interactions of one path, all kinds together, and those of them that are searched for, reflections and diffractions: a
@@ -108,6 +109,8 @@ typedef struct {
     KellerStatus (*paths)(void *context, const KellerPathBatch *batch, KellerError *error);       /* may be NULL */
     KellerStatus (*coverage)(void *context, const KellerCoverage *coverage, KellerError *error);  /* may be NULL */
     void (*progress)(void *context, double fraction);   /* in [0, 1]; may be NULL; called now and then */
+    /* sound with config->response_rate > 0: of each pair whose receiver is not of a grid; may be NULL */
+    KellerStatus (*response)(void *context, const KellerResponse *response, KellerError *error);
 } KellerSink;
 
 /* Checks what this build can do against what the configuration asks for (domain, orders, frequencies in the materials'

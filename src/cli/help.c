@@ -63,6 +63,13 @@ static const Help verbs[] = {
      "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
+    {"export", "keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
+     "Writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
+     "free-field pressure at 1 m. What would be beyond 1 is scaled down as a whole, and said so.\n"
+     "  --tx ID                the transmitter; default: the first\n"
+     "  --rx ID                the receiver (\"walk[3]\": a point of a route); default: the first\n"
+     "  -o, --output FILE      the sound file\n"
+     "      --force            replace an existing file\n"},
     {"scene",
      "keller scene generate city [--seed N] [--blocks N | --triangles N] [--layout grid|star] -o FILE [--force]\n"
      "       keller scene generate random|slivers-sphere [--seed N] [--triangles N] [--size S] -o FILE [--force]\n"
@@ -129,8 +136,6 @@ KellerStatus keller_print_help(const char *verb, KellerError *error)
         printf("usage: %s\n%s", verbs[i].usage, verbs[i].text);
         return KELLER_OK;
     }
-    if (strcmp(verb, "export") == 0)
-        return keller_cli_later(verb, error);
     return keller_error(error, KELLER_USAGE, "unknown verb \"%.60s\"; see `keller help`", verb);
 }
 
@@ -145,9 +150,4 @@ KellerStatus keller_cli_version(int argc, char **argv, KellerError *error)
     if (argc > 0) return keller_usage(error, "version", "\"%.60s\" is not expected", argv[0]);
     printf("keller %s\n", KELLER_VERSION);
     return KELLER_OK;
-}
-
-KellerStatus keller_cli_later(const char *verb, KellerError *error)
-{
-    return keller_error(error, KELLER_USAGE, "%s: not in this version; see `keller help`", verb);
 }

@@ -2,6 +2,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include "keller/sound.h"
 
@@ -65,4 +66,57 @@ KellerStatus keller_result_surfaces(KellerHdf *hdf, const KellerConfig *config, 
     free(absorption);
     free(names);
     return KELLER_OK;
+}
+
+/* ---- responses ---------------------------------------------------------------------------------------------------------- */
+
+static const char *const room_names[7] = {"edt", "t20", "t30", "c50", "c80", "d50", "g"};
+static const char *const room_units[7] = {"s", "s", "s", "dB", "dB", "1", "dB"};
+
+void keller_responses_open(KellerHdf *hdf, KellerResponseColumns *c, const KellerConfig *config)
+{
+    const hsize_t samples[] = {(hsize_t)ceil(config->response_rate * config->response_duration)};
+    c->open = true;
+    c->bands = keller_room_bands(config->response_rate, c->middle);
+    const hsize_t bands[] = {c->bands};
+    keller_hdf_table(hdf, "/responses/rate", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 0, NULL, "Hz", &config->response_rate);
+    keller_hdf_table(hdf, "/responses/bands", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, bands, "Hz", c->middle);
+    keller_hdf_column(hdf, &c->tx, "/responses/tx", H5T_STD_U32LE, H5T_NATIVE_UINT32, 0, NULL, NULL);
+    keller_hdf_column(hdf, &c->rx, "/responses/rx", H5T_STD_U32LE, H5T_NATIVE_UINT32, 0, NULL, NULL);
+    keller_hdf_column(hdf, &c->arrival, "/responses/arrival", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 0, NULL, "s");
+    keller_hdf_column(hdf, &c->pressure, "/responses/pressure", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, 1, samples, "1");
+    for (int i = 0; i < 7; ++i) {
+        char path[32];
+        snprintf(path, sizeof path, "/responses/%s", room_names[i]);
+        keller_hdf_column(hdf, &c->room[i], path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, bands, room_units[i]);
+    }
+}
+
+KellerStatus keller_responses_append(KellerHdf *hdf, KellerResponseColumns *c, const KellerResponse *r, KellerError *error)
+{
+    KellerRoom rooms[KELLER_ROOM_BANDS];
+    double values[7][KELLER_ROOM_BANDS];
+    if (!keller_room(r, c->bands, c->middle, rooms))
+        return keller_error(error, KELLER_FAILED, "out of memory for the decay of %zu samples", r->count);
+    for (size_t b = 0; b < c->bands; ++b) {
+        const double row[7] = {rooms[b].edt, rooms[b].t20, rooms[b].t30, rooms[b].c50, rooms[b].c80, rooms[b].d50, rooms[b].g};
+        for (int i = 0; i < 7; ++i) values[i][b] = row[i];
+    }
+    keller_column_append(hdf, &c->tx, &r->tx, 1);
+    keller_column_append(hdf, &c->rx, &r->rx, 1);
+    keller_column_append(hdf, &c->arrival, &r->arrival, 1);
+    keller_column_append(hdf, &c->pressure, r->pressure, 1);
+    for (int i = 0; i < 7; ++i) keller_column_append(hdf, &c->room[i], values[i], 1);
+    return KELLER_OK;
+}
+
+void keller_responses_close(KellerHdf *hdf, KellerResponseColumns *c)
+{
+    if (!c->open) return;
+    keller_column_close(hdf, &c->tx);
+    keller_column_close(hdf, &c->rx);
+    keller_column_close(hdf, &c->arrival);
+    keller_column_close(hdf, &c->pressure);
+    for (int i = 0; i < 7; ++i) keller_column_close(hdf, &c->room[i]);
+    c->open = false;
 }

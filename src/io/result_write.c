@@ -6,6 +6,7 @@
 #include <string.h>
 #include "io/atomic.h"
 #include "io/hdf.h"
+#include "io/result_sound.h"
 #include "io/result_tables.h"
 #include "io/result_write.h"
 
@@ -22,6 +23,7 @@ struct KellerResult {
     const KellerConfig *config;
     uint64_t interactions;      /* written so far */
     Maps *maps;                 /* [set_count] */
+    KellerResponseColumns responses;
     union {
         struct {
             KellerColumn tx, rx, offset, length, delay, departure, arrival, doppler, gain, transfer;
@@ -114,6 +116,7 @@ static KellerStatus create_maps(KellerResult *r, const KellerReceiverSet *set, M
 static void close_file(KellerResult *r)
 {
     for (size_t i = 0; i < PATH_COLUMNS; ++i) keller_column_close(&r->hdf, &r->all[i]);
+    keller_responses_close(&r->hdf, &r->responses);
     for (size_t s = 0; r->maps && s < r->config->set_count; ++s) {
         const Maps *m = &r->maps[s];
         const hid_t ids[] = {m->path_gain, m->delay_spread, m->strongest_delay, m->level, m->level_a};
@@ -132,6 +135,7 @@ static KellerStatus fill(KellerResult *r, const KellerScene *scene, const char *
     KellerStatus status = keller_result_tables(&r->hdf, r->config, scene, command_line, error);
     if (status != KELLER_OK) return status;
     create_path_columns(r, r->config->frequency_count);
+    if (r->config->response_rate > 0) keller_responses_open(&r->hdf, &r->responses, r->config);
     for (size_t s = 0; s < r->config->set_count && r->config->output_coverage && status == KELLER_OK; ++s)
         if (r->config->sets[s].kind == KELLER_SET_GRID)
             status = create_maps(r, &r->config->sets[s], &r->maps[s], error);
@@ -229,6 +233,15 @@ KellerStatus keller_result_coverage(KellerResult *r, const KellerCoverage *c, Ke
     if (maps->level_a >= 0) keller_hdf_write(&r->hdf, maps->level_a, H5T_NATIVE_DOUBLE, 3, start, flat, c->level_a);
     keller_hdf_loud(quiet);
     return r->hdf.failed ? write_error(r, error) : KELLER_OK;
+}
+
+KellerStatus keller_result_response(KellerResult *r, const KellerResponse *response, KellerError *error)
+{
+    assert(r->responses.open);
+    KellerHdfQuiet quiet = keller_hdf_quiet();
+    KellerStatus status = keller_responses_append(&r->hdf, &r->responses, response, error);
+    keller_hdf_loud(quiet);
+    return status == KELLER_OK && r->hdf.failed ? write_error(r, error) : status;
 }
 
 static KellerStatus statistic(KellerResult *r, const char *name, hid_t type, hid_t memory, const char *unit,

@@ -5,6 +5,22 @@
 #include "path/cascade.h"
 #include "path/field.h"
 
+bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media, KellerRigidEdge *edge)
+{
+    if (scene->sound.edges != KELLER_EDGES_BTM) return false;
+    for (uint32_t i = 0; i < path->count; i++) {
+        if (path->step[i].kind != KELLER_DIFFRACTION) continue;
+        Cascade cascade;
+        path_cascade(scene, path, tx, &cascade);
+        const KellerWedge *w = &scene->wedges[path->step[i].id];
+        KellerWedgeWave wave = path_wave_at(scene, path->step[i].id, media);
+        double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction);
+        *edge = keller_rigid_edge(&wave, path->leg[i], path->leg[i + 1], cascade.before[0], cascade.behind[0], at, w->length);
+        return true;
+    }
+    return false;
+}
+
 /* The edge-th diffraction of the path, its step i. */
 static double complex diffracted(const KellerScene *scene, const KellerPath *path, uint32_t i, const Cascade *cascade, uint32_t edge,
                                  const KellerMedium *media, double k)
@@ -13,33 +29,37 @@ static double complex diffracted(const KellerScene *scene, const KellerPath *pat
     KellerVec3 in = path->leg[i], out = path->leg[i + 1];
     if (edge > 0) in = v3_scale(path_on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
     if (edge + 1 < cascade->count) out = path_on_one_side(scene, path->step[i].id, out);
-    if (scene->sound.edges == KELLER_EDGES_BTM) {
-        const KellerWedge *w = &scene->wedges[path->step[i].id];
-        double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction);
-        KellerRigidEdge rigid = keller_rigid_edge(&wave, in, out, cascade->before[edge], cascade->behind[edge], at, w->length);
-        return keller_btm(&rigid, k) * cascade->before[edge];
-    }
     return keller_sound_diffraction(&wave, in, out, cascade->before[edge], cascade->behind[edge], k);
+}
+
+double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
+                                  const KellerMedium *media, bool edges)
+{
+    double k = 2 * M_PI * frequency / scene->sound.speed;
+    Cascade cascade;
+    double spreading = path_cascade(scene, path, tx, &cascade);
+    double complex p = path->weight * (edges ? spreading : 1);
+    uint32_t edge = 0;
+    for (uint32_t i = 0; i < path->count; i++) {
+        if (path->step[i].kind == KELLER_REFLECTION) {
+            const KellerFace *f = &scene->faces[path->step[i].id];
+            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(path->leg[i], f->normal)));
+        } else if (edges) {
+            p *= diffracted(scene, path, i, &cascade, edge, media, k);
+            edge++;
+        }
+    }
+    return p * pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
 }
 
 double complex path_pressure(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                              const KellerMedium *media)
 {
     double k = 2 * M_PI * frequency / scene->sound.speed;
-    Cascade cascade;
-    double complex p = path->weight * path_cascade(scene, path, tx, &cascade);
-    uint32_t edge = 0;
-    for (uint32_t i = 0; i < path->count; i++) {
-        if (path->step[i].kind == KELLER_REFLECTION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(path->leg[i], f->normal)));
-        } else {
-            p *= diffracted(scene, path, i, &cascade, edge, media, k);
-            edge++;
-        }
-    }
-    double absorbed = pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
-    return p * absorbed * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    KellerRigidEdge edge;
+    bool finite = path_rigid_edge(scene, path, tx, media, &edge);
+    double complex p = path_pressure_slow(scene, path, tx, frequency, media, !finite) * (finite ? keller_btm(&edge, k) : 1);
+    return p * cexp(-I * fmod(k * path->length, 2 * M_PI));
 }
 
 KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)

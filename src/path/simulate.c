@@ -9,6 +9,7 @@
 #include "path/field.h"
 #include "path/join.h"
 #include "path/level.h"
+#include "path/response.h"
 #include "base/number.h"
 
 enum {
@@ -37,6 +38,7 @@ typedef struct {
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
+    ResponsePlan *responses;    /* NULL: none are asked for */
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
 
@@ -141,6 +143,16 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
     to->seconds_solve += from->seconds_solve;
 }
 
+static KellerStatus hand_response(Simulation *s, uint32_t rx, const PairResult *pair, KellerError *error)
+{
+    KellerResponse response;
+    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, &response, error);
+    if (status != KELLER_OK) return status;
+    status = s->sink->response(s->sink->context, &response, error);
+    free(response.pressure);
+    return status;
+}
+
 static KellerStatus flush(Simulation *s, bool all, KellerError *error)
 {
     if (s->batch.count == 0 || (!all && s->batch.count < BATCH)) return KELLER_OK;
@@ -198,6 +210,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
             if (status == KELLER_OK) status = flush(s, false, error);
         }
+        if (status == KELLER_OK && s->responses && set->kind != KELLER_SET_GRID)
+            status = hand_response(s, first + i, &results[i], error);
         pair_free(&results[i]);
     }
     free(results);
@@ -378,10 +392,15 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     s.join = (JoinLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
+    if (sink->response && scene->sound.speed > 0 && config->response_rate > 0) {
+        s.responses = response_plan(config, scene, error);
+        if (!s.responses) status = KELLER_FAILED;
+    }
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
     batch_free(&s.batch);
+    response_plan_free(s.responses);
     free(media);
     return status;
 }

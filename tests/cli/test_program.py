@@ -115,7 +115,7 @@ def test_wrong_usage_is_told_in_one_line(folder, shared):
         (["paths", "a.h5", "--strongest", "0"], "--strongest"), (["plot", "a.h5"], "-o"),
         (["plot", "a.h5", "--what", "delay", "--frequency", "1", "-o", "a.png"], "first frequency"),
         (["plot", "a.h5", "-o", "a.pdf"], "a.pdf"), (["plot", "a.h5", "--what", "noise", "-o", "a.png"], "noise"),
-        (["export", "a.h5"], "not in this version"), (["scene"], "generate"),
+        (["export", "a.h5"], "ends in .wav"), (["scene"], "generate"),
         (["bench"], "cone"), (["bench", "nothing"], "cone"),
     ]:
         expect(keller(*arguments, cwd=folder), USAGE, word, "keller help")
