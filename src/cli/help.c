@@ -51,11 +51,13 @@ static const Help verbs[] = {
      "  --strongest N          the N strongest of each pair at the first frequency, strongest first\n"
      "  --format FORMAT        table (default), csv or json\n"},
     {"plot",
-     "keller plot RESULT.h5 [--what coverage|delay|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
+     "keller plot RESULT.h5 [--what coverage|delay|level|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
      "                   -o FILE.png|FILE.svg [--force]",
      "Draws a picture with gnuplot, over the outlines of the scene where the result holds it.\n"
      "  --what coverage        path gain over a grid (default)\n"
      "  --what delay           delay of the strongest path over a grid\n"
+     "  --what level           sound level over a grid, all transmitters together unless --tx says otherwise, A-weighted and all\n"
+     "                         bands together unless --frequency says otherwise\n"
      "  --what paths           the paths of a transmitter seen from above: those within 60 dB of the strongest\n"
      "  --tx ID                the transmitter; default: the first\n"
      "  --rx ID                coverage, delay: the same as --grid; paths: only to this receiver or set\n"
