@@ -98,6 +98,7 @@ typedef struct {
                                    the speed, never the paths; not in the XML */
     double response_rate;       /* sound: Hz, of the impulse responses at points; 0: none are asked for */
     double response_duration;   /* s */
+    double response_volume;     /* m^3, of the room: a diffuse tail completes the responses; 0: none is asked for */
     bool output_paths, output_coverage, output_scene;
 } KellerConfig;
 

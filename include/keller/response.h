@@ -11,9 +11,9 @@ typedef struct {
     uint32_t tx, rx;
     double rate;                /* Hz */
     double arrival;             /* s: delay of the first path; 0 where there is none */
-    double tail;                /* s: from here on a statistical tail has been added; infinite: none */
     size_t count;
     float *pressure;            /* [count] */
+    float *tail;                /* [count] what of the pressure is statistical (config->response_volume > 0); NULL: nothing */
 } KellerResponse;
 
 /* Of one octave band. NaN where the response does not say: no energy, or a decay that does not reach the level. */

@@ -73,6 +73,7 @@ typedef struct {
     double rate;
     uint64_t count;
     float *samples;             /* owned */
+    bool tail;                  /* a part of it is statistical */
 } Sound;
 
 static KellerStatus read_sound(const Options *o, Sound *sound, KellerError *error)
@@ -83,6 +84,7 @@ static KellerStatus read_sound(const Options *o, Sound *sound, KellerError *erro
     if (status != KELLER_OK) return status;
     status = find_response(reader, o, &row, error);
     sound->count = keller_reader_info(reader)->response_samples;
+    sound->tail = keller_reader_has(reader, "/responses/tail");
     double *values = malloc((sound->count + 1) * sizeof *values);
     sound->samples = malloc((sound->count + 1) * sizeof *sound->samples);
     if (status == KELLER_OK && (!values || !sound->samples)) status = keller_error_memory(error, sound->count * sizeof *values);
@@ -113,6 +115,9 @@ static KellerStatus write_sound(const Options *o, const Sound *sound, KellerErro
     keller_interrupt_stop(&interrupt);
     if (status == KELLER_OK && scale != 1)
         fprintf(stderr, "keller: %s: multiplied by %.6g, so that nothing clips\n", o->output, scale);
+    if (status == KELLER_OK && sound->tail)
+        fprintf(stderr, "keller: %s: holds the statistical tail that was asked for; /responses/tail of the result is that part alone\n",
+                o->output);
     return status;
 }
 

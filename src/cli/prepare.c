@@ -91,7 +91,9 @@ static void print_sound(const KellerConfig *c)
     keller_row("air", "%.5g m/s, %s", s->speed, absorption);
     if (c->bands_per_octave > 0) keller_row("levels", "means over %s bands", c->bands_per_octave == 1 ? "octave" : "third-octave");
     keller_row("diffraction", "%s", s->edges == KELLER_EDGES_BTM ? "Biot, Tolstoy and Medwin" : "uniform theory");
-    if (c->response_rate > 0) keller_row("responses", "%g s at %g Hz", c->response_duration, c->response_rate);
+    if (c->response_rate > 0)
+        keller_row("responses", "%g s at %g Hz%s", c->response_duration, c->response_rate,
+                   c->response_volume > 0 ? ", with a statistical tail" : "");
 }
 
 void keller_print_configuration(const KellerConfig *c)

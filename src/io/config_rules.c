@@ -69,7 +69,7 @@ static const Rule rules[] = {
     {"paths", "reflections? diffractions? interactions? dynamic-range? wedge?", "", false, SOUND},
     {"solver", "accelerator? cone? threads?", "", false, RADIO},
     {"solver", "accelerator? cone? threads? diffraction?", "", false, SOUND},
-    {"response", "rate! duration!", "", false, SOUND},
+    {"response", "rate! duration! tail? volume?", "", false, SOUND},
     {"output", "paths? coverage? scene?", "", false, ANY},
 };
 

@@ -99,7 +99,16 @@ static KellerStatus read_response(KellerConfigReader *reader, const xmlNode *nod
     KellerStatus status = keller_config_quantity(reader, node, "rate", "frequency", &rate, &config->response_rate);
     if (status == KELLER_OK && config->response_rate != nearbyint(config->response_rate))
         return keller_config_fail(reader, node, "rate of <response> is %.10g Hz; expected a whole number of hertz", config->response_rate);
-    return status == KELLER_OK ? keller_config_quantity(reader, node, "duration", "time", &duration, &config->response_duration) : status;
+    if (status == KELLER_OK)
+        status = keller_config_quantity(reader, node, "duration", "time", &duration, &config->response_duration);
+    static const KellerConfigRange volume = {1e-3, 1e9, "0.001 m3 to 1e9 m3"};
+    bool tail = false, given = keller_config_attribute(node, "volume");
+    if (status == KELLER_OK) status = keller_config_flag(reader, node, "tail", &tail);
+    if (status == KELLER_OK && tail != given)
+        return keller_config_fail(reader, node, "<response> has %s; expected both tail=\"yes\" and the room's volume=\"120 m3\", or "
+                                                "neither", tail ? "a tail and no volume" : "a volume and no tail=\"yes\"");
+    return status == KELLER_OK && tail
+               ? keller_config_quantity(reader, node, "volume", "volume", &volume, &config->response_volume) : status;
 }
 
 KellerStatus keller_config_read_sound(KellerConfigReader *reader, const xmlNode *root)

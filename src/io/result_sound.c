@@ -85,6 +85,8 @@ void keller_responses_open(KellerHdf *hdf, KellerResponseColumns *c, const Kelle
     keller_hdf_column(hdf, &c->rx, "/responses/rx", H5T_STD_U32LE, H5T_NATIVE_UINT32, 0, NULL, NULL);
     keller_hdf_column(hdf, &c->arrival, "/responses/arrival", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 0, NULL, "s");
     keller_hdf_column(hdf, &c->pressure, "/responses/pressure", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, 1, samples, "1");
+    c->tails = config->response_volume > 0;
+    if (c->tails) keller_hdf_column(hdf, &c->tail, "/responses/tail", H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, 1, samples, "1");
     for (int i = 0; i < 7; ++i) {
         char path[32];
         snprintf(path, sizeof path, "/responses/%s", room_names[i]);
@@ -106,6 +108,7 @@ KellerStatus keller_responses_append(KellerHdf *hdf, KellerResponseColumns *c, c
     keller_column_append(hdf, &c->rx, &r->rx, 1);
     keller_column_append(hdf, &c->arrival, &r->arrival, 1);
     keller_column_append(hdf, &c->pressure, r->pressure, 1);
+    if (c->tails) keller_column_append(hdf, &c->tail, r->tail, 1);
     for (int i = 0; i < 7; ++i) keller_column_append(hdf, &c->room[i], values[i], 1);
     return KELLER_OK;
 }
@@ -117,6 +120,7 @@ void keller_responses_close(KellerHdf *hdf, KellerResponseColumns *c)
     keller_column_close(hdf, &c->rx);
     keller_column_close(hdf, &c->arrival);
     keller_column_close(hdf, &c->pressure);
+    if (c->tails) keller_column_close(hdf, &c->tail);
     for (int i = 0; i < 7; ++i) keller_column_close(hdf, &c->room[i]);
     c->open = false;
 }

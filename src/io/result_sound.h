@@ -14,10 +14,10 @@ KellerStatus keller_result_surfaces(KellerHdf *hdf, const KellerConfig *config, 
 
 /* /responses: a row a pair. */
 typedef struct {
-    bool open;
+    bool open, tails;
     size_t bands;
     double middle[KELLER_ROOM_BANDS];
-    KellerColumn tx, rx, arrival, pressure, room[7];
+    KellerColumn tx, rx, arrival, pressure, tail, room[7];
 } KellerResponseColumns;
 
 void keller_responses_open(KellerHdf *hdf, KellerResponseColumns *columns, const KellerConfig *config);

@@ -81,6 +81,7 @@ static const Kind kinds[] = {
     {"time",
      "a time with its unit, such as \"1.5 s\" (s, ms)",
      {{"s", 1, 1, false}, {"ms", 1, 1e3, false}}},
+    {"volume", "a volume with its unit, such as \"120 m3\" (m3)", {{"m3", 1, 1, false}}},
     {"ratio", "a ratio in decibels, such as \"150 dB\" (dB)", {{"dB", 1, 1, false}}},
 };
 

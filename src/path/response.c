@@ -11,6 +11,7 @@
 
 #include "keller/sound.h"
 #include "path/field.h"
+#include "path/tail.h"
 
 enum { GRID = 24, OVER = 8 };
 static const double lowest = 0.02; /* Hz: below it fields are as there. The uniform theory turns to a real limit only where kL is small */
@@ -26,6 +27,7 @@ struct ResponsePlan {
     size_t grid_count;
     double *grid;               /* Hz */
     KellerMedium *media;        /* [grid_count][material_count] */
+    KellerMedium *octaves;      /* [TAIL_BANDS][material_count]; NULL: no tail */
     Bin *bin;
     double rate;
 };
@@ -67,7 +69,12 @@ ResponsePlan *response_plan(const KellerConfig *config, const KellerScene *scene
     }
     for (size_t i = 0; i < p->grid_count; i++) p->grid[i] = lowest * exp2((double)i / GRID);
     for (size_t i = 0; i < p->bins; i++) place_bin(p, (double)i * p->rate / (double)p->size, &p->bin[i]);
-    if (keller_media_table(scene, p->grid_count, p->grid, &p->media, error) == KELLER_OK) return p;
+    double octaves[TAIL_BANDS];
+    for (int b = 0; b < TAIL_BANDS; b++) octaves[b] = tail_band(b);
+    KellerStatus status = keller_media_table(scene, p->grid_count, p->grid, &p->media, error);
+    if (status == KELLER_OK && config->response_volume > 0)
+        status = keller_media_table(scene, TAIL_BANDS, octaves, &p->octaves, error);
+    if (status == KELLER_OK) return p;
     response_plan_free(p);
     return NULL;
 }
@@ -78,6 +85,7 @@ void response_plan_free(ResponsePlan *p)
     free(p->grid);
     free(p->bin);
     free(p->media);
+    free(p->octaves);
     free(p);
 }
 
@@ -180,7 +188,7 @@ KellerStatus response_of(const ResponsePlan *p, const KellerConfig *config, cons
     Work w = {.spectrum = calloc(p->bins, sizeof *w.spectrum), .slow = malloc(p->grid_count * sizeof *w.slow),
               .inverse = kiss_fftr_alloc((int)p->size, 1, NULL, NULL), .bins = malloc(p->bins * sizeof *w.bins),
               .signal = malloc(p->size * sizeof *w.signal)};
-    *response = (KellerResponse){.tx = tx, .rx = rx, .rate = p->rate, .tail = INFINITY, .count = p->count,
+    *response = (KellerResponse){.tx = tx, .rx = rx, .rate = p->rate, .count = p->count,
                                  .pressure = malloc(p->count * sizeof *response->pressure)};
     bool ready = w.spectrum && w.slow && w.inverse && w.bins && w.signal && response->pressure &&
                  sum_paths(p, config, scene, paths, &w, response);
@@ -190,10 +198,12 @@ KellerStatus response_of(const ResponsePlan *p, const KellerConfig *config, cons
         w.bins[0].i = w.bins[p->bins - 1].i = 0; /* a real signal has none; halves of the spectrum meet there */
         kiss_fftri(w.inverse, w.bins, w.signal);
         memcpy(response->pressure, w.signal, p->count * sizeof *response->pressure);
+        if (p->octaves) ready = tail_add(config, scene, p->octaves, response);
     }
     work_free(&w);
     if (ready) return KELLER_OK;
     free(response->pressure);
-    response->pressure = NULL;
+    free(response->tail);
+    response->pressure = response->tail = NULL;
     return keller_error(error, KELLER_FAILED, "out of memory for an impulse response of %zu samples", p->count);
 }

@@ -150,6 +150,7 @@ static KellerStatus hand_response(Simulation *s, uint32_t rx, const PairResult *
     if (status != KELLER_OK) return status;
     status = s->sink->response(s->sink->context, &response, error);
     free(response.pressure);
+    free(response.tail);
     return status;
 }
 

@@ -27,7 +27,7 @@ static const char base[] =
     "<receiver id='r'><position x='2 m' y='1 m' z='1 m'/><directivity order='0.3'/></receiver>\n"       /* 12 */
     "<paths reflections='2' diffractions='1'/>\n"                                                       /* 13 */
     "<solver diffraction='btm'/>\n"                                                                     /* 14 */
-    "<response rate='48 kHz' duration='250 ms'/>\n"                                                     /* 15 */
+    "<response rate='48 kHz' duration='250 ms' tail='yes' volume='120 m3'/>\n"                                                     /* 15 */
     "</simulation>\n";                                                                                  /* 16 */
 
 static TestFiles files;
@@ -73,7 +73,7 @@ static void what_is_read(void **state)
     assert_true(fabs(c.transmitters[0].power - power) < 1e-12);
     for (int i = 0; i < 3; i++) assert_true(c.transmitters[1].level[i] == -3.5);
     assert_true(c.transmitters[0].station.directivity.order == 0.5 && c.receivers[0].station.directivity.order == 0.3);
-    assert_true(c.response_rate == 48000 && c.response_duration == 0.25);
+    assert_true(c.response_rate == 48000 && c.response_duration == 0.25 && c.response_volume == 120);
     keller_config_free(&c);
     assert_int_equal(schema_alone(base), KELLER_OK);
 }
@@ -133,6 +133,9 @@ static const Broken broken[] = {
     {9, "pattern='cardioid'", "pattern='cardioid' order='1'", "both a pattern and an order", NULL, true},
     {14, "btm", "bem", "diffraction of <solver>", "\"utd\" or \"btm\"", true},
     {15, "48 kHz", "48.0001 kHz", "rate of <response> is 48000.1 Hz", "whole number", false},
+    {15, "volume='120 m3'", "", "a tail and no volume", "volume=\"120 m3\"", false},
+    {15, "tail='yes'", "", "a volume and no tail", NULL, false},
+    {15, "120 m3", "120", "volume of <response>", "a volume with its unit", true},
     {15, "250 ms", "250", "duration of <response>", "a time with its unit", true},
 };
 
