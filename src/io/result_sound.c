@@ -44,7 +44,7 @@ KellerStatus keller_result_surfaces(KellerHdf *hdf, const KellerConfig *config, 
         for (size_t f = 0; f < F; ++f) {
             KellerMedium medium;
             double *alpha = &absorption[m * F + f];
-            impedance[m * F + f] = CMPLX(NAN, NAN);
+            impedance[m * F + f] = NAN + I * NAN;
             *alpha = NAN;
             if (!keller_material_of_sound(material->kind)) continue; /* allowed where no face has it */
             keller_sound_medium(material, config->frequencies[f], &medium);
