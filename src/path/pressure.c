@@ -59,7 +59,8 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
     KellerRigidEdge edge;
     bool finite = path_rigid_edge(scene, path, tx, media, &edge);
     double complex p = path_pressure_slow(scene, path, tx, frequency, media, !finite) * (finite ? keller_btm(&edge, k) : 1);
-    return p * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    double way = finite ? keller_btm_shortest(&edge) : path->length; /* they differ where the path goes by an edge's end */
+    return p * cexp(-I * fmod(k * way, 2 * M_PI));
 }
 
 KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)

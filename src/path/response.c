@@ -145,9 +145,10 @@ static double complex edge_at(const Work *w, size_t bin, size_t size)
 
 static bool add_path(const ResponsePlan *p, const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double scale, Work *w)
 {
-    double speed = scene->sound.speed, delay = path->length / speed;
+    double speed = scene->sound.speed;
     KellerRigidEdge edge;
     bool finite = path_rigid_edge(scene, path, tx, p->media, &edge);
+    double delay = (finite ? keller_btm_shortest(&edge) : path->length) / speed;
     if (finite && !fine_ready(w, p)) return false;
     if (finite) transform_edge(w, p, &edge, speed);
     for (size_t g = 0; g < p->grid_count; g++)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "path/batch.h"
+#include "path/edge_ends.h"
 #include "path/field.h"
 #include "path/join.h"
 #include "path/level.h"
@@ -115,7 +116,11 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
                        lists, &join_work, error);
     ends_free(&backward);
+    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
     for (uint32_t i = 0; i < unit->count; i++) {
+        if (status == KELLER_OK && ends &&
+            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i], &join_work.accel))
+            status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;

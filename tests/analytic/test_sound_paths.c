@@ -185,6 +185,74 @@ static void impedance_wedge(void **state)
     keller_scene_free(&scene);
 }
 
+/* A screen that floats, its upper rim cut into `pieces`. */
+static KellerScene floating_screen(int pieces)
+{
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "screen");
+    uint32_t below = soup_vertex(&soup, v3(0, -4, 1)), last = soup_vertex(&soup, v3(0, -4, 2.5));
+    uint32_t far_end = soup_vertex(&soup, v3(0, 5, 1));
+    for (int i = 1; i <= pieces; i++) {
+        uint32_t next = soup_vertex(&soup, v3(0, -4 + 9 * pow((double)i / pieces, 1.3), 2.5));
+        soup_triangle(&soup, below, last, next, CONCRETE);
+        last = next;
+    }
+    soup_triangle(&soup, below, last, far_end, CONCRETE);
+    KellerScene scene = sound_scene(&soup, rigid(), rigid());
+    scene.sound.edges = KELLER_EDGES_BTM;
+    return scene;
+}
+
+static double complex total_at(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, double frequency, size_t *count)
+{
+    Run run = run_new(&tx, 1, &rx, 1, 1, 1);
+    run.frequency[0] = frequency;
+    FoundPaths found = run_simulation(scene, &run);
+    double complex sum = found_total(&found, 0, 0);
+    *count = found.count;
+    found_free(&found);
+    return sum;
+}
+
+/* The shortest way over the upper rim leaves it at its end y = 5 where y_r = 5 (r' + r)/r', over the lower one likewise: the rim goes on
+ * diffracting by its end, and the field does not jump. All four rims bring a path, wherever the receiver is. */
+static void ends_of_edges(void **state)
+{
+    (void)state;
+    KellerScene scene = floating_screen(1);
+    KellerVec3 tx = v3(-3, 0, 1.8);
+    for (int rim = 0; rim < 2; rim++) {
+        double z = rim ? 2.5 : 1, before = hypot(3, z - tx.z), behind = hypot(3, z - 1.9), leaves = 5 * (before + behind) / before;
+        size_t count[2];
+        double complex p[2];
+        for (int i = 0; i < 2; i++) p[i] = total_at(&scene, tx, v3(3, leaves + (i ? 1e-7 : -1e-7), 1.9), 400, &count[i]);
+        assert_true(cabs(p[1] - p[0]) < 1e-5 * cabs(p[0]));
+        assert_true(count[0] >= 4 && count[1] >= 4);
+    }
+    size_t count;
+    for (double y = 0.3; y < 30; y += 2.9) {
+        total_at(&scene, tx, v3(3, y, 1.9), 400, &count);
+        assert_true(count >= 4 && count <= 5);
+    }
+    keller_scene_free(&scene);
+}
+
+/* One rim or seven in a line: one edge. */
+static void cut_edges_are_one(void **state)
+{
+    (void)state;
+    KellerScene whole = floating_screen(1), cut = floating_screen(7);
+    for (double y = -6; y < 12; y += 1.7) {
+        size_t count[2];
+        double complex p = total_at(&whole, v3(-3, 0, 1.8), v3(3, y, 1.9), 400, &count[0]);
+        double complex q = total_at(&cut, v3(-3, 0, 1.8), v3(3, y, 1.9), 400, &count[1]);
+        assert_int_equal(count[0], count[1]);
+        assert_true(cabs(p - q) < 1e-10 * cabs(p));
+    }
+    keller_scene_free(&whole);
+    keller_scene_free(&cut);
+}
+
 /* The mean over a band is that of many tones. */
 static void band_mean(void **state)
 {
@@ -211,7 +279,8 @@ static void band_mean(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(canyon_path_by_path), cmocka_unit_test(rigid_wedge),
-                                       cmocka_unit_test(impedance_wedge), cmocka_unit_test(band_mean)};
+                                       cmocka_unit_test(impedance_wedge), cmocka_unit_test(ends_of_edges),
+                                       cmocka_unit_test(cut_edges_are_one), cmocka_unit_test(band_mean)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
