@@ -405,8 +405,8 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
-    batch_free(&s.batch);
     response_plan_free(s.responses);
+    batch_free(&s.batch);
     free(media);
     return status;
 }
