@@ -5,14 +5,6 @@
 #include "path/cascade.h"
 #include "path/field.h"
 
-static KellerStatus other_domain(const KellerMaterial *material, bool sound, KellerError *error)
-{
-    return keller_error(error, KELLER_BAD_INPUT, "material \"%s\" says what it does to %s; expected a <material name=\"%s\"> with %s",
-                        material->name, sound ? "radio waves, and the domain is acoustic" : "sound, and the domain is rf",
-                        material->name, sound ? "absorption=\"...\", impedance=\"...\" or rigid=\"yes\""
-                                              : "itu=\"...\", permittivity=\"...\" or conductor=\"perfect\"");
-}
-
 KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count, const double *frequencies,
                                 KellerMedium **media, KellerError *error)
 {
@@ -30,7 +22,7 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
     for (size_t f = 0; f < frequency_count && status == KELLER_OK; f++)
         for (size_t m = 0; m < scene->material_count && status == KELLER_OK; m++)
             if (used[m] && keller_material_of_sound(scene->materials[m].kind) != (scene->sound.speed > 0))
-                status = other_domain(&scene->materials[m], scene->sound.speed > 0, error);
+                status = path_other_domain(&scene->materials[m], scene->sound.speed > 0, error);
             else if (used[m])
                 status = keller_medium(&scene->materials[m], frequencies[f], *media + f * scene->material_count + m, error);
     free(used);
@@ -44,7 +36,7 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
 static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
 
-KellerWedgeWave path_wave_at(const KellerScene *scene, uint32_t wedge, const KellerMedium *media)
+static KellerWedgeWave wave_at(const KellerScene *scene, uint32_t wedge, const KellerMedium *media)
 {
     const KellerWedge *w = &scene->wedges[wedge];
     KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
@@ -53,7 +45,9 @@ KellerWedgeWave path_wave_at(const KellerScene *scene, uint32_t wedge, const Kel
     return wave;
 }
 
-KellerVec3 path_on_one_side(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
+/* Along a screen from one of its rims to another the azimuth is 0 or 2 pi by rounding: the wave is taken to be on the side of
+ * the face's normal, which both rims and both directions agree on. */
+static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
 {
     const double beside = 1e-13; /* rad: far below what changes a field, far above rounding */
     const KellerWedge *w = &scene->wedges[wedge];
@@ -80,10 +74,10 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
             const KellerFace *f = &scene->faces[path->step[i].id];
             for (int j = 0; j < 2; j++) e[j] = keller_transmit_field(&media[f->material], f->normal, path->leg[i], k, e[j]);
         } else {
-            KellerWedgeWave wave = path_wave_at(scene, path->step[i].id, media);
+            KellerWedgeWave wave = wave_at(scene, path->step[i].id, media);
             KellerVec3 in = path->leg[i], out = path->leg[i + 1];
-            if (edge > 0) in = v3_scale(path_on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
-            if (edge + 1 < cascade.count) out = path_on_one_side(scene, path->step[i].id, out);
+            if (edge > 0) in = v3_scale(on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
+            if (edge + 1 < cascade.count) out = on_one_side(scene, path->step[i].id, out);
             for (int j = 0; j < 2; j++)
                 e[j] = keller_diffract_field(&wave, in, out, cascade.before[edge], cascade.behind[edge], k, e[j]);
             edge++;

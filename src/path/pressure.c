@@ -5,47 +5,71 @@
 #include "path/cascade.h"
 #include "path/field.h"
 
+static KellerWedgeWave wedge_at(const KellerScene *scene, uint32_t wedge, const KellerMedium *media)
+{
+    const KellerWedge *w = &scene->wedges[wedge];
+    return (KellerWedgeWave){.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
+                             .medium = {media[scene->faces[w->face[0]].material], media[scene->faces[w->face[1]].material]},
+                             .model = scene->wedge_model};
+}
+
+/* The distances (m) before and behind each edge for its coefficient; returns the spreading (1/m) that the coefficients do not give. */
+static double tube_of(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double before[], double behind[], uint32_t *count)
+{
+    Cascade cascade;
+    double spreading = path_cascade(scene, path, tx, &cascade);
+    *count = cascade.count;
+    for (uint32_t i = 0; i < cascade.count; i++) {
+        before[i] = cascade.before[i];
+        behind[i] = cascade.behind[i];
+    }
+    return spreading;
+}
+
 bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media, KellerRigidEdge *edge)
 {
     if (scene->sound.edges != KELLER_EDGES_BTM) return false;
+    double before[KELLER_MAX_BENDS], behind[KELLER_MAX_BENDS];
+    uint32_t count;
     for (uint32_t i = 0; i < path->count; i++) {
         if (path->step[i].kind != KELLER_DIFFRACTION) continue;
-        Cascade cascade;
-        path_cascade(scene, path, tx, &cascade);
+        tube_of(scene, path, tx, before, behind, &count);
         const KellerWedge *w = &scene->wedges[path->step[i].id];
-        KellerWedgeWave wave = path_wave_at(scene, path->step[i].id, media);
+        KellerWedgeWave wave = wedge_at(scene, path->step[i].id, media);
         double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction);
-        *edge = keller_rigid_edge(&wave, path->leg[i], path->leg[i + 1], cascade.before[0], cascade.behind[0], at, w->length);
+        *edge = keller_rigid_edge(&wave, path->leg[i], path->leg[i + 1], before[0], behind[0], at, w->length);
         return true;
     }
     return false;
 }
 
-/* The edge-th diffraction of the path, its step i. */
-static double complex diffracted(const KellerScene *scene, const KellerPath *path, uint32_t i, const Cascade *cascade, uint32_t edge,
-                                 const KellerMedium *media, double k)
+/* Along a screen from one rim to another a ray is on either side by rounding: both rims put it on that of the face's normal. */
+static KellerVec3 beside_screen(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
 {
-    KellerWedgeWave wave = path_wave_at(scene, path->step[i].id, media);
-    KellerVec3 in = path->leg[i], out = path->leg[i + 1];
-    if (edge > 0) in = v3_scale(path_on_one_side(scene, path->step[i].id, v3_scale(in, -1)), -1);
-    if (edge + 1 < cascade->count) out = path_on_one_side(scene, path->step[i].id, out);
-    return keller_sound_diffraction(&wave, in, out, cascade->before[edge], cascade->behind[edge], k);
+    const double angle = 1e-13; /* rad: far below what changes a field, far above rounding */
+    const KellerWedge *w = &scene->wedges[wedge];
+    bool along = w->n == 2 && path_along_face(w, outwards) >= 0;
+    return along ? v3_madd(outwards, scene->faces[w->face[0]].normal, angle) : outwards;
 }
 
 double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                                   const KellerMedium *media, bool edges)
 {
-    double k = 2 * M_PI * frequency / scene->sound.speed;
-    Cascade cascade;
-    double spreading = path_cascade(scene, path, tx, &cascade);
+    double k = 2 * M_PI * frequency / scene->sound.speed, before[KELLER_MAX_BENDS], behind[KELLER_MAX_BENDS];
+    uint32_t count, edge = 0;
+    double spreading = tube_of(scene, path, tx, before, behind, &count);
     double complex p = path->weight * (edges ? spreading : 1);
-    uint32_t edge = 0;
     for (uint32_t i = 0; i < path->count; i++) {
+        uint32_t id = path->step[i].id;
+        KellerVec3 in = path->leg[i], out = path->leg[i + 1];
         if (path->step[i].kind == KELLER_REFLECTION) {
-            const KellerFace *f = &scene->faces[path->step[i].id];
-            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(path->leg[i], f->normal)));
+            const KellerFace *f = &scene->faces[id];
+            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(in, f->normal)));
         } else if (edges) {
-            p *= diffracted(scene, path, i, &cascade, edge, media, k);
+            KellerWedgeWave wave = wedge_at(scene, id, media);
+            if (edge > 0) in = v3_scale(beside_screen(scene, id, v3_scale(in, -1)), -1);
+            if (edge + 1 < count) out = beside_screen(scene, id, out);
+            p *= keller_sound_diffraction(&wave, in, out, before[edge], behind[edge], k);
             edge++;
         }
     }
@@ -61,6 +85,14 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
     double complex p = path_pressure_slow(scene, path, tx, frequency, media, !finite) * (finite ? keller_btm(&edge, k) : 1);
     double way = finite ? keller_btm_shortest(&edge) : path->length; /* they differ where the path goes by an edge's end */
     return p * cexp(-I * fmod(k * way, 2 * M_PI));
+}
+
+KellerStatus path_other_domain(const KellerMaterial *material, bool sound, KellerError *error)
+{
+    return keller_error(error, KELLER_BAD_INPUT, "material \"%s\" says what it does to %s; expected a <material name=\"%s\"> with %s",
+                        material->name, sound ? "radio waves, and the domain is acoustic" : "sound, and the domain is rf",
+                        material->name, sound ? "absorption=\"...\", impedance=\"...\" or rigid=\"yes\""
+                                              : "itu=\"...\", permittivity=\"...\" or conductor=\"perfect\"");
 }
 
 KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)

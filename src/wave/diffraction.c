@@ -1,7 +1,6 @@
 /* The diffracted field as a vector: the dyad of Kouyoumjian and Pathak (1974) in the edge-fixed basis, with the faces'
  * reflection matrices put to its terms. docs/theory.md derives what is here, docs/accuracy.md compares the models. */
 #include "keller/wave.h"
-#include "wave/azimuth.h"
 
 /* Below these the field has reached its limit: D sqrt(s_in/(s (s_in + s))) depends on neither s nor sin beta0 any more,
  * while the factors alone would go to 0 and infinity. */
@@ -31,9 +30,14 @@ typedef struct {
  * side): phi_hat points to growing phi on both, beta_hat = phi_hat x travel (Kouyoumjian and Pathak). */
 static EdgeFixed edge_fixed(const KellerWedgeWave *wedge, KellerVec3 side, KellerVec3 travel)
 {
-    EdgeAzimuth at = edge_azimuth(wedge, side);
-    double x = at.x, y = at.y, r = at.r;
-    EdgeFixed f = {.phi = at.phi, .sin_beta0 = r};
+    EdgeFixed f;
+    double x = v3_dot(side, wedge->tangent0), y = v3_dot(side, wedge->normal0), r = hypot(x, y);
+    double opening = wedge->n * M_PI;
+    f.phi = atan2(y, x);
+    if (f.phi < 0) f.phi += 2 * M_PI;
+    /* A point on a face may have been rounded to behind it. */
+    if (f.phi > opening) f.phi = f.phi - opening < 2 * M_PI - f.phi ? opening : 0;
+    f.sin_beta0 = r;
     f.cos_beta0 = v3_dot(travel, wedge->direction);
     f.phi_hat = r > 0 ? v3_add(v3_scale(wedge->tangent0, -y / r), v3_scale(wedge->normal0, x / r)) : wedge->normal0;
     f.beta_hat = v3_cross(f.phi_hat, travel);

@@ -185,6 +185,35 @@ static void impedance_wedge(void **state)
     keller_scene_free(&scene);
 }
 
+/* Over and around a box on the ground, two edges on a path: exchanging the ends changes nothing. */
+static void two_edges_either_way(void **state)
+{
+    (void)state;
+    KellerMaterial materials[2] = {rigid(), impedance(12, -8)};
+    for (int i = 0; i < 2; i++) {
+        KellerSoup soup = soup_new();
+        soup_object(&soup, "box");
+        soup_quad(&soup, v3(-30, -30, 0), v3(30, -30, 0), v3(30, 30, 0), v3(-30, 30, 0), DRY_GROUND);
+        soup_box(&soup, v3(-2, -4, 0), v3(1, 5, 3), CONCRETE, 1u << 4);
+        KellerScene scene = sound_scene(&soup, materials[i], materials[1]);
+        KellerVec3 ends[2] = {v3(-7, 0.3, 1.2), v3(6, -0.8, 1.7)};
+        double complex p[2];
+        size_t count[2];
+        for (int way = 0; way < 2; way++) {
+            Run run = run_new(&ends[way], 1, &ends[1 - way], 2, 2, 3);
+            run.frequency[0] = 250;
+            FoundPaths found = run_simulation(&scene, &run);
+            p[way] = found_total(&found, 0, 0);
+            count[way] = found.count;
+            found_free(&found);
+        }
+        assert_true(count[0] > 10);
+        assert_int_equal(count[0], count[1]);
+        assert_true(cabs(p[0] - p[1]) < 1e-9 * cabs(p[0]));
+        keller_scene_free(&scene);
+    }
+}
+
 /* A screen that floats, its upper rim cut into `pieces`. */
 static KellerScene floating_screen(int pieces)
 {
@@ -279,8 +308,9 @@ static void band_mean(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(canyon_path_by_path), cmocka_unit_test(rigid_wedge),
-                                       cmocka_unit_test(impedance_wedge), cmocka_unit_test(ends_of_edges),
-                                       cmocka_unit_test(cut_edges_are_one), cmocka_unit_test(band_mean)};
+                                       cmocka_unit_test(impedance_wedge), cmocka_unit_test(two_edges_either_way),
+                                       cmocka_unit_test(ends_of_edges), cmocka_unit_test(cut_edges_are_one),
+                                       cmocka_unit_test(band_mean)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,15 +5,8 @@ import subprocess
 import sys
 
 sys.dont_write_bytecode = True
-from test_program import BAD_INPUT, DONE, SOURCE, USAGE, Skip, expect, keller, main, names, need_gnuplot, png_size
+from test_program import BAD_INPUT, DONE, IO, SCENE, SOURCE, USAGE, Skip, expect, keller, main, names, need_gnuplot, png_size
 
-SCENE = """o floor
-v -20 -20 0
-v 20 -20 0
-v 20 20 0
-v -20 20 0
-f 1 2 3 4
-"""
 CONFIG = """<?xml version="1.0" encoding="UTF-8"?>
 <simulation version="1" domain="acoustic">
   <scene file="scene.obj"/>
@@ -41,7 +34,7 @@ def h5(path):
 
 
 def run(folder, material='rigid="yes"', *more, change=("", "")):
-    (folder / "scene.obj").write_text(SCENE)
+    (folder / "scene.obj").write_text(SCENE.partition("o wall")[0])
     (folder / "c.xml").write_text(CONFIG.replace("MATERIAL", material).replace(*change))
     return keller("run", "c.xml", "-o", "c.h5", "--force", *more, cwd=folder)
 
@@ -59,10 +52,8 @@ def test_the_result_holds_sound(folder, shared):
         for i, r in zip(here, lengths):
             assert abs(f["paths/length"][i] - r) < 1e-12 and abs(f["paths/delay"][i] - r / 340) < 1e-15
             for j, frequency in enumerate((250, 1000)):
-                gain = f["paths/gain"][i, j]
                 phase = -2 * math.pi * frequency * r / 340
-                assert abs(gain["r"] - math.cos(phase) / r) < 1e-12 if gain.dtype.names else \
-                    abs(gain - complex(math.cos(phase), math.sin(phase)) / r) < 1e-12
+                assert abs(f["paths/gain"][i, j] - complex(math.cos(phase), math.sin(phase)) / r) < 1e-12
         # a cell of the map: tones, so the level is that of the sum
         level, weighted = f["coverage/map/level"][0, :, 0, 0], f["coverage/map/level_a"][0, 0, 0]
         gain = f["coverage/map/path_gain"][0, :, 0, 0]
@@ -101,7 +92,7 @@ def test_responses_are_exported(folder, shared):
     assert abs(sum(samples) - total) < 1e-3 * total
     expect(keller("export", "c.h5", "--rx", "q", "-o", "q.wav", cwd=folder), DONE)
     assert wave(folder / "q.wav")[1] != samples
-    expect(keller("export", "c.h5", "-o", "r.wav", cwd=folder), 4, "r.wav", "exists")
+    expect(keller("export", "c.h5", "-o", "r.wav", cwd=folder), IO, "r.wav", "exists")
     before = (folder / "r.wav").read_bytes()
     expect(keller("export", "c.h5", "--force", "-o", "r.wav", cwd=folder), DONE)
     assert (folder / "r.wav").read_bytes() == before
