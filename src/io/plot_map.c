@@ -95,8 +95,8 @@ static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *
     return status == KELLER_OK ? grid_height(reader, plot->set, &map->z, error) : status;
 }
 
-/* Decibels or nanoseconds; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
-static bool convert(const KellerPlot *plot, Map *map, double *lowest, double *highest)
+/* Decibels or delays; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
+static bool convert(const KellerPlot *plot, double delay_unit, Map *map, double *lowest, double *highest)
 {
     size_t count = (size_t)map->ny * map->nx;
     *lowest = INFINITY;
@@ -104,7 +104,7 @@ static bool convert(const KellerPlot *plot, Map *map, double *lowest, double *hi
     for (size_t i = 0; i < count; ++i) {
         double value = map->cells[i];
         if (plot->kind != KELLER_PLOT_DELAY) value = value > 0 ? 10 * log10(value) : NAN;
-        else value = value >= 0 ? value * 1e9 : NAN;
+        else value = value >= 0 ? value / delay_unit : NAN;
         if (!isfinite(value)) value = NAN;
         map->cells[i] = value;
         if (value < *lowest) *lowest = value;
@@ -154,12 +154,11 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     KellerPlotBox box = {map.x[0] - step / 2, map.x[0] + (map.nx - 0.5) * step, map.y[0] - step / 2,
                          map.y[0] + (map.ny - 0.5) * step};
     double lowest, highest;
-    bool any = convert(plot, &map, &lowest, &highest);
+    bool sound = strcmp(info->domain, "acoustic") == 0, any = convert(plot, sound ? 1e-3 : 1e-9, &map, &lowest, &highest);
 
     char title[400], label[100];
     const char *tx = info->transmitter_ids[plot->tx], *grid = info->set_ids[plot->set];
     if (plot->kind == KELLER_PLOT_COVERAGE) {
-        bool sound = strcmp(info->domain, "acoustic") == 0;
         snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %.6g %s%s", tx, grid, map.z,
                  info->frequencies[plot->frequency] / (sound ? 1 : 1e9), sound ? "Hz" : "GHz", any ? "" : ": no path");
         snprintf(label, sizeof label, "path gain / dB");
@@ -171,7 +170,7 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
         snprintf(label, sizeof label, "level / dB re 20 uPa");
     } else {
         snprintf(title, sizeof title, "%.80s to %.80s (z = %g m)%s", tx, grid, map.z, any ? "" : ": no path");
-        snprintf(label, sizeof label, "delay of the strongest path / ns");
+        snprintf(label, sizeof label, "delay of the strongest path / %s", sound ? "ms" : "ns");
     }
     write_cells(&map, script);
     bool outline = false;

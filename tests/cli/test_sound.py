@@ -54,6 +54,8 @@ def test_the_result_holds_sound(folder, shared):
             for j, frequency in enumerate((250, 1000)):
                 phase = -2 * math.pi * frequency * r / 340
                 assert abs(f["paths/gain"][i, j] - complex(math.cos(phase), math.sin(phase)) / r) < 1e-12
+        table = expect(keller("paths", "c.h5", "--rx", "r", cwd=folder), DONE).stdout.splitlines()
+        assert "delay/ms" in table[0] and f"{1e3 * lengths[0] / 340:.4f}" in table[1]
         # a cell of the map: tones, so the level is that of the sum
         level, weighted = f["coverage/map/level"][0, :, 0, 0], f["coverage/map/level_a"][0, 0, 0]
         gain = f["coverage/map/path_gain"][0, :, 0, 0]
@@ -148,7 +150,8 @@ def test_levels_are_drawn(folder, shared):
     for more in [], ["--frequency", "2"], ["--tx", "s"]:
         expect(keller("plot", "c.h5", "--what", "level", *more, "-o", "l.png", "--force", cwd=folder), DONE)
         assert min(png_size(folder / "l.png")) > 100
-    expect(keller("plot", "c.h5", "--what", "coverage", "-o", "c.png", cwd=folder), DONE)
+    for what in "coverage", "delay", "paths":
+        expect(keller("plot", "c.h5", "--what", what, "-o", f"{what}.png", cwd=folder), DONE)
 
 
 if __name__ == "__main__":
