@@ -1,5 +1,6 @@
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include "io/path_rows.h"
 #include "io/plot.h"
 #include "io/result_tables.h"
