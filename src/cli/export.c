@@ -33,7 +33,8 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
             if (!o->file) return keller_usage(error, "export", "a result file is expected");
             const char *dot = o->output ? strrchr(o->output, '.') : NULL;
             if (!dot || strcmp(dot, ".wav") != 0)
-                return keller_usage(error, "export", "-o is \"%.200s\"; expected a name that ends in .wav", o->output ? o->output : "");
+                return keller_usage(error, "export", "-o is \"%.200s\"; expected a name that ends in .wav",
+                                    o->output ? o->output : "");
             return KELLER_OK;
         }
         default: return KELLER_USAGE;
@@ -51,15 +52,18 @@ static KellerStatus find_response(KellerReader *reader, const Options *o, uint64
     if (status == KELLER_OK && o->rx) status = keller_find_receiver(info, o->file, o->rx, &set, &index, error);
     if (status != KELLER_OK) return status;
     if (info->responses == 0)
-        return keller_error(error, KELLER_BAD_INPUT, "%s: holds no impulse response; expected a run of domain acoustic with <response>",
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s: holds no impulse response; expected a run of domain acoustic with <response>",
                             o->file);
     for (*row = 0; *row < info->responses; ++*row) {
         uint32_t pair[2];
         status = keller_reader_rows(reader, "/responses/tx", KELLER_CELL_U4, 1, *row, 1, &pair[0], error);
-        if (status == KELLER_OK) status = keller_reader_rows(reader, "/responses/rx", KELLER_CELL_U4, 1, *row, 1, &pair[1], error);
+        if (status == KELLER_OK) status = keller_reader_rows(reader, "/responses/rx", KELLER_CELL_U4, 1, *row, 1, &pair[1],
+                                                             error);
         if (status != KELLER_OK) return status;
         if (pair[0] >= info->transmitter_count || pair[1] >= info->receiver_count)
-            return keller_error(error, KELLER_BAD_INPUT, "%s: /responses name a station that is not there; expected a complete result of "
+            return keller_error(error, KELLER_BAD_INPUT,
+                                "%s: /responses name a station that is not there; expected a complete result of "
                                                          "keller run", o->file);
         if (tx != SIZE_MAX && pair[0] != tx) continue;
         if (set != SIZE_MAX && info->receiver_sets[pair[1]] != set) continue;
@@ -88,9 +92,11 @@ static KellerStatus read_sound(const Options *o, Sound *sound, KellerError *erro
     double *values = malloc((sound->count + 1) * sizeof *values);
     sound->samples = malloc((sound->count + 1) * sizeof *sound->samples);
     if (status == KELLER_OK && (!values || !sound->samples)) status = keller_error_memory(error, sound->count * sizeof *values);
-    if (status == KELLER_OK) status = keller_reader_box(reader, "/responses/rate", KELLER_CELL_F8, 0, NULL, NULL, &sound->rate, error);
+    if (status == KELLER_OK) status = keller_reader_box(reader, "/responses/rate", KELLER_CELL_F8, 0, NULL, NULL,
+                                                        &sound->rate, error);
     if (status == KELLER_OK && !(sound->rate >= 1 && sound->rate <= 1e6))
-        status = keller_error(error, KELLER_BAD_INPUT, "%s: /responses/rate is %g; expected a sampling rate", o->file, sound->rate);
+        status = keller_error(error, KELLER_BAD_INPUT, "%s: /responses/rate is %g; expected a sampling rate", o->file,
+                              sound->rate);
     if (status == KELLER_OK)
         status = keller_reader_rows(reader, "/responses/pressure", KELLER_CELL_F8, sound->count, row, 1, values, error);
     for (uint64_t i = 0; i < sound->count && status == KELLER_OK; i++) sound->samples[i] = (float)values[i];
@@ -109,14 +115,16 @@ static KellerStatus write_sound(const Options *o, const Sound *sound, KellerErro
     KellerStatus status = keller_atomic_begin(o->output, o->force, &target, error);
     keller_interrupt_release(&interrupt, target.temporary);
     if (status == KELLER_OK)
-        status = keller_wav_write(target.temporary, o->output, (size_t)sound->count, sound->samples, sound->rate, &scale, error);
+        status = keller_wav_write(target.temporary, o->output, (size_t)sound->count, sound->samples, sound->rate, &scale,
+                                  error);
     if (status == KELLER_OK) status = keller_atomic_finish(&target, error);
     keller_atomic_abandon(&target);
     keller_interrupt_stop(&interrupt);
     if (status == KELLER_OK && scale != 1)
         fprintf(stderr, "keller: %s: multiplied by %.6g, so that nothing clips\n", o->output, scale);
     if (status == KELLER_OK && sound->tail)
-        fprintf(stderr, "keller: %s: holds the statistical tail that was asked for; /responses/tail of the result is that part alone\n",
+        fprintf(stderr,
+                "keller: %s: holds the statistical tail that was asked for; /responses/tail of the result is that part alone\n",
                 o->output);
     return status;
 }

@@ -11,9 +11,10 @@ typedef struct {
     KellerStatus (*run)(int argc, char **argv, KellerError *error);
 } Verb;
 
-static const Verb verbs[] = {{"run", keller_cli_run},     {"check", keller_cli_check}, {"info", keller_cli_info},
-                             {"paths", keller_cli_paths}, {"plot", keller_cli_plot},   {"export", keller_cli_export}, {"bench", keller_cli_bench},
-                             {"scene", keller_cli_scene}, {"help", keller_cli_help},   {"version", keller_cli_version}};
+static const Verb verbs[] = {{"run", keller_cli_run},     {"check", keller_cli_check},   {"info", keller_cli_info},
+                             {"paths", keller_cli_paths}, {"plot", keller_cli_plot},     {"export", keller_cli_export},
+                             {"bench", keller_cli_bench}, {"scene", keller_cli_scene},   {"help", keller_cli_help},
+                             {"version", keller_cli_version}};
 
 static KellerStatus dispatch(int argc, char **argv, KellerError *error)
 {

@@ -86,10 +86,12 @@ static void print_sound(const KellerConfig *c)
     const KellerSound *s = &c->sound;
     char absorption[100] = "takes nothing";
     if (s->absorbs)
-        snprintf(absorption, sizeof absorption, "ISO 9613-1 at %.4g degC, %.3g %%, %.6g kPa", s->temperature - 273.15, 100 * s->humidity,
+        snprintf(absorption, sizeof absorption, "ISO 9613-1 at %.4g degC, %.3g %%, %.6g kPa", s->temperature - 273.15,
+                 100 * s->humidity,
                  s->pressure / 1e3);
     keller_row("air", "%.5g m/s, %s", s->speed, absorption);
-    if (c->bands_per_octave > 0) keller_row("levels", "means over %s bands", c->bands_per_octave == 1 ? "octave" : "third-octave");
+    if (c->bands_per_octave > 0) keller_row("levels", "means over %s bands",
+                                            c->bands_per_octave == 1 ? "octave" : "third-octave");
     keller_row("diffraction", "%s", s->edges == KELLER_EDGES_BTM ? "Biot, Tolstoy and Medwin" : "uniform theory");
     if (c->response_rate > 0)
         keller_row("responses", "%g s at %g Hz%s", c->response_duration, c->response_rate,

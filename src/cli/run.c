@@ -195,7 +195,8 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
         return status;
     }
     status = keller_result_fill(run.result, &p->scene, o->command_line, error);
-    KellerSink sink = {.context = &run, .paths = take_paths, .coverage = take_map, .progress = take_progress, .response = take_response};
+    KellerSink sink = {.context = &run, .paths = take_paths, .coverage = take_map, .progress = take_progress,
+                       .response = take_response};
     if (o->verbose) fprintf(stderr, "keller: simulating\n");
     keller_progress_start(&run.progress, o->quiet ? NULL : stderr, "keller: simulating");
     before = keller_seconds();

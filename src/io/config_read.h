@@ -29,7 +29,8 @@ KellerStatus keller_config_read_sound(KellerConfigReader *reader, const xmlNode 
 /* The surface of a <material>; its name has been read. */
 KellerStatus keller_config_read_surface(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material);
 /* <directivity> of a station; all around where there is none. */
-KellerStatus keller_config_read_directivity(const KellerConfigReader *reader, const xmlNode *node, KellerDirectivity *directivity);
+KellerStatus keller_config_read_directivity(const KellerConfigReader *reader, const xmlNode *node,
+                                            KellerDirectivity *directivity);
 /* <level> of a transmitter whose directivity has been read: its level at each frequency, and its power. */
 KellerStatus keller_config_read_level(const KellerConfigReader *reader, const xmlNode *node, KellerTransmitter *tx);
 

@@ -283,7 +283,8 @@ KellerStatus keller_config_check_structure(const char *file, xmlDocPtr doc, Kell
             line);
     bool bands = keller_config_child(root, "bands");
     if (check.domain == SOUND && bands == !!keller_config_child(root, "frequency"))
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: <simulation> has %s; expected exactly one of <bands> and <frequency>, "
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s:%d: <simulation> has %s; expected exactly one of <bands> and <frequency>, "
                                                      "of which there may be more", file, line,
                             bands ? "both <bands> and <frequency>" : "neither <bands> nor <frequency>");
     return KELLER_OK;

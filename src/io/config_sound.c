@@ -30,7 +30,8 @@ static KellerStatus read_band(const KellerConfigReader *reader, const xmlNode *n
     if (status != KELLER_OK) return status;
     *middle = keller_band_middle(per_octave, named);
     if (fabs(named / *middle - 1) <= name_tolerance) return KELLER_OK;
-    return keller_config_fail(reader, node, "%s of <bands> is %g Hz, which is no %s band; expected the middle of one, such as %.3g Hz",
+    return keller_config_fail(reader, node,
+                              "%s of <bands> is %g Hz, which is no %s band; expected the middle of one, such as %.3g Hz",
                               attribute, named, per_octave == 1 ? "octave" : "third-octave", *middle);
 }
 
@@ -47,7 +48,8 @@ static KellerStatus read_bands(KellerConfigReader *reader, const xmlNode *node)
     if (status != KELLER_OK) return status;
     double steps = nearbyint(log10(to / from) * per_octave / 0.3);
     if (steps < 0)
-        return keller_config_fail(reader, node, "<bands> end at %.4g Hz, below their start at %.4g Hz; expected to above from", to, from);
+        return keller_config_fail(reader, node,
+                                  "<bands> end at %.4g Hz, below their start at %.4g Hz; expected to above from", to, from);
     size_t count = (size_t)steps + 1; /* from 1 Hz to 1 MHz: at most 61 */
     config->frequencies = malloc(count * sizeof *config->frequencies);
     config->frequency_lines = malloc(count * sizeof *config->frequency_lines);
@@ -98,14 +100,16 @@ static KellerStatus read_response(KellerConfigReader *reader, const xmlNode *nod
     static const KellerConfigRange duration = {1e-3, 60, "1 ms to 60 s"};
     KellerStatus status = keller_config_quantity(reader, node, "rate", "frequency", &rate, &config->response_rate);
     if (status == KELLER_OK && config->response_rate != nearbyint(config->response_rate))
-        return keller_config_fail(reader, node, "rate of <response> is %.10g Hz; expected a whole number of hertz", config->response_rate);
+        return keller_config_fail(reader, node, "rate of <response> is %.10g Hz; expected a whole number of hertz",
+                                  config->response_rate);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "duration", "time", &duration, &config->response_duration);
     static const KellerConfigRange volume = {1e-3, 1e9, "0.001 m3 to 1e9 m3"};
     bool tail = false, given = keller_config_attribute(node, "volume");
     if (status == KELLER_OK) status = keller_config_flag(reader, node, "tail", &tail);
     if (status == KELLER_OK && tail != given)
-        return keller_config_fail(reader, node, "<response> has %s; expected both tail=\"yes\" and the room's volume=\"120 m3\", or "
+        return keller_config_fail(reader, node,
+                                  "<response> has %s; expected both tail=\"yes\" and the room's volume=\"120 m3\", or "
                                                 "neither", tail ? "a tail and no volume" : "a volume and no tail=\"yes\"");
     return status == KELLER_OK && tail
                ? keller_config_quantity(reader, node, "volume", "volume", &volume, &config->response_volume) : status;
@@ -155,7 +159,8 @@ static KellerStatus read_list(const KellerConfigReader *reader, const xmlNode *n
         return keller_config_fail(reader, node, "%s of <%s> is \"%s\"; expected %s", attribute, (const char *)node->name,
                                   keller_quote(text).text, expected);
     if (*count == 1 || *count == reader->config->frequency_count) return KELLER_OK;
-    return keller_config_fail(reader, node, "%s of <%s> has %zu values; expected one, or one for each of the %zu frequencies", attribute,
+    return keller_config_fail(reader, node,
+                              "%s of <%s> has %zu values; expected one, or one for each of the %zu frequencies", attribute,
                               (const char *)node->name, *count, reader->config->frequency_count);
 }
 
@@ -169,7 +174,8 @@ static KellerStatus check_surface(const KellerConfigReader *reader, const xmlNod
             return keller_config_fail(reader, node, "absorption of material \"%s\" holds %g; expected values from 0 to 1",
                                       keller_quote(m->name).text, re);
         if (m->kind == KELLER_MATERIAL_IMPEDANCE && (!(re >= 0) || hypot(re, im) < 1e-6 || hypot(re, im) > 1e9))
-            return keller_config_fail(reader, node, "impedance of material \"%s\" holds %g%+gj; expected a real part of 0 or more (a "
+            return keller_config_fail(reader, node,
+                                      "impedance of material \"%s\" holds %g%+gj; expected a real part of 0 or more (a "
                                                     "surface gives no energy) and a magnitude from 1e-6 to 1e9, over rho c",
                                       keller_quote(m->name).text, re, im);
     }
@@ -195,7 +201,8 @@ static KellerStatus place_values(const KellerConfigReader *reader, const xmlNode
     m->band_count = (uint32_t)count;
     for (size_t i = 0; i < count; i++) {
         if (i > 0 && rows[i][0] == rows[i - 1][0])
-            return keller_config_fail(reader, node, "material \"%s\" has two values for %g Hz, which <frequency> names twice; expected "
+            return keller_config_fail(reader, node,
+                                      "material \"%s\" has two values for %g Hz, which <frequency> names twice; expected "
                                                     "different frequencies, or one value",
                                       keller_quote(m->name).text, rows[i][0]);
         m->band[i] = rows[i][0];
@@ -230,9 +237,11 @@ KellerStatus keller_config_read_surface(const KellerConfigReader *reader, const 
 
 /* ---- sources ----------------------------------------------------------------------------------------------------------------- */
 
-KellerStatus keller_config_read_directivity(const KellerConfigReader *reader, const xmlNode *node, KellerDirectivity *directivity)
+KellerStatus keller_config_read_directivity(const KellerConfigReader *reader, const xmlNode *node,
+                                            KellerDirectivity *directivity)
 {
-    static const char *const patterns[] = {"omnidirectional", "cardioid", "supercardioid", "hypercardioid", "figure-of-eight", NULL};
+    static const char *const patterns[] = {"omnidirectional", "cardioid", "supercardioid", "hypercardioid",
+                                           "figure-of-eight", NULL};
     /* supercardioid: most from the front half, (3 - sqrt 3)/2; hypercardioid: largest directivity factor, 3/4 */
     static const double orders[] = {0, 0.5, 0.6339745962155614, 0.75, 1};
     static const KellerConfigRange range = {0, 1, "a number from 0 (all around) to 1 (a dipole)"};
@@ -256,14 +265,16 @@ KellerStatus keller_config_read_level(const KellerConfigReader *reader, const xm
         free(values);
         return keller_error_memory(reader->error, frequencies * sizeof *values);
     }
-    bool power = !child || keller_config_attribute(child, "power"), pressure = child && keller_config_attribute(child, "pressure");
+    bool power = !child || keller_config_attribute(child, "power");
+    bool pressure = child && keller_config_attribute(child, "pressure");
     KellerStatus status = KELLER_OK;
     if (power == pressure)
         status = keller_config_fail(reader, child, "<level> has %s; expected exactly one of power=\"94 dB\" (re 1 pW) and "
                                                    "pressure=\"83 dB\" (re 20 uPa, at 1 m)",
                                     power ? "both a power and a pressure" : "neither a power nor a pressure");
     else if (child)
-        status = read_list(reader, child, power ? "power" : "pressure", false, "dB", "levels in decibels, such as \"80 82 85 dB\"",
+        status = read_list(reader, child, power ? "power" : "pressure", false, "dB",
+                           "levels in decibels, such as \"80 82 85 dB\"",
                            frequencies, values, &count);
     double on_axis = keller_source_level(KELLER_REFERENCE_POWER, keller_directivity_factor(&tx->station.directivity));
     tx->power = 0;

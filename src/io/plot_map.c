@@ -44,11 +44,13 @@ static KellerStatus read_levels(KellerReader *reader, const KellerPlot *plot, Ma
     char path[400];
     snprintf(path, sizeof path, "/coverage/%s/%s", info->set_ids[plot->set], weighted ? "level_a" : "level");
     if (!keller_reader_has(reader, path))
-        return keller_error(error, KELLER_BAD_INPUT, "%s: holds no sound levels; expected a run of domain acoustic", plot->file);
+        return keller_error(error, KELLER_BAD_INPUT, "%s: holds no sound levels; expected a run of domain acoustic",
+                            plot->file);
     double *one = calloc(count + 1, sizeof *one);
     if (!one) return keller_error_memory(error, count * sizeof *one);
     KellerStatus status = KELLER_OK;
-    for (size_t tx = plot->all ? 0 : plot->tx; tx < (plot->all ? info->transmitter_count : plot->tx + 1) && status == KELLER_OK; ++tx) {
+    for (size_t tx = plot->all ? 0 : plot->tx; tx < (plot->all ? info->transmitter_count : plot->tx + 1) &&
+         status == KELLER_OK; ++tx) {
         const uint64_t at[] = {tx, weighted ? 0 : plot->frequency, 0, 0}, box[] = {1, 1, map->ny, map->nx};
         const uint64_t flat[] = {1, map->ny, map->nx};
         status = weighted ? keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){tx, 0, 0}, flat, one, error)
@@ -165,7 +167,8 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     } else if (plot->kind == KELLER_PLOT_LEVEL) {
         char band[40] = "A-weighted";
         if (plot->frequency != SIZE_MAX) snprintf(band, sizeof band, "%.6g Hz", info->frequencies[plot->frequency]);
-        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %s%s", plot->all && info->transmitter_count > 1 ? "all" : tx, grid, map.z,
+        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %s%s", plot->all &&
+                 info->transmitter_count > 1 ? "all" : tx, grid, map.z,
                  band, any ? "" : ": no path");
         snprintf(label, sizeof label, "level / dB re 20 uPa");
     } else {

@@ -22,6 +22,7 @@ typedef struct {
 
 void keller_responses_open(KellerHdf *hdf, KellerResponseColumns *columns, const KellerConfig *config);
 /* Adds a response and what ISO 3382-1 reads from it. KELLER_FAILED: memory. */
-KellerStatus keller_responses_append(KellerHdf *hdf, KellerResponseColumns *columns, const KellerResponse *response, KellerError *error);
+KellerStatus keller_responses_append(KellerHdf *hdf, KellerResponseColumns *columns, const KellerResponse *response,
+                                     KellerError *error);
 void keller_responses_close(KellerHdf *hdf, KellerResponseColumns *columns);
 #endif

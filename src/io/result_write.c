@@ -64,7 +64,8 @@ static void create_path_columns(KellerResult *r, hsize_t frequencies)
     keller_hdf_column(hdf, &r->arrival, "/paths/arrival", f8, f8_memory, 1, two, "rad");
     keller_hdf_column(hdf, &r->doppler, "/paths/doppler", f8, f8_memory, 1, per_frequency, "Hz");
     keller_hdf_column(hdf, &r->gain, "/paths/gain", hdf->complex_type, hdf->complex_type, 1, per_frequency, "1");
-    if (!is_sound(r)) keller_hdf_column(hdf, &r->transfer, "/paths/transfer", hdf->complex_type, hdf->complex_type, 3, matrices, "1");
+    if (!is_sound(r)) keller_hdf_column(hdf, &r->transfer, "/paths/transfer", hdf->complex_type, hdf->complex_type, 3,
+                                        matrices, "1");
     keller_hdf_column(hdf, &r->kind, "/interactions/kind", hdf->interaction_type, hdf->interaction_type, 0, NULL, NULL);
     keller_hdf_column(hdf, &r->position, "/interactions/position", f8, f8_memory, 1, three, "m");
     keller_hdf_column(hdf, &r->triangle, "/interactions/triangle", u4, u4_memory, 0, NULL, NULL);

@@ -5,13 +5,15 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-KellerStatus keller_wav_write(const char *file, const char *shown, size_t count, const float *samples, double rate, double *scale,
+KellerStatus keller_wav_write(const char *file, const char *shown, size_t count, const float *samples, double rate,
+                              double *scale,
                               KellerError *error)
 {
     float largest = 0, *scaled = NULL;
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(samples[i]))
-            return keller_error(error, KELLER_BAD_INPUT, "%s: sample %zu of the response is not finite; expected a complete response",
+            return keller_error(error, KELLER_BAD_INPUT,
+                                "%s: sample %zu of the response is not finite; expected a complete response",
                                 shown, i);
         largest = fmaxf(largest, fabsf(samples[i]));
     }
@@ -31,5 +33,6 @@ KellerStatus keller_wav_write(const char *file, const char *shown, size_t count,
         written = sf_close(wav) == 0 && written;
     }
     free(scaled);
-    return written ? KELLER_OK : keller_error(error, KELLER_IO, "%s: the sound file cannot be written: %s", shown, sf_strerror(NULL));
+    return written ? KELLER_OK : keller_error(error, KELLER_IO, "%s: the sound file cannot be written: %s", shown,
+                                              sf_strerror(NULL));
 }

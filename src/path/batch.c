@@ -60,7 +60,8 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         if (kept != i) {
             pair->paths.items[kept] = pair->paths.items[i];
             memcpy(&pair->gain[kept * F], &pair->gain[i * F], F * sizeof *pair->gain);
-            if (pair->transfer) memcpy(&pair->transfer[kept * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *pair->transfer);
+            if (pair->transfer) memcpy(&pair->transfer[kept * F * 4], &pair->transfer[i * F * 4],
+                                       F * 4 * sizeof *pair->transfer);
         }
         kept++;
     }

@@ -24,7 +24,8 @@ static bool nearest_end(const KellerScene *scene, uint32_t wedge, KellerVec3 tx,
     return true;
 }
 
-static bool sees(const KellerScene *scene, const KellerAccel *accel, const KellerWedge *w, uint32_t number, KellerVec3 a, KellerVec3 b,
+static bool sees(const KellerScene *scene, const KellerAccel *accel, const KellerWedge *w, uint32_t number, KellerVec3 a,
+                 KellerVec3 b,
                  KellerAccelWork *work)
 {
     Crossings none = {.most = 0};
@@ -43,7 +44,9 @@ bool edge_ends_add(const KellerScene *scene, const KellerAccel *accel, KellerVec
         double at;
         if (!nearest_end(scene, (uint32_t)i, tx, rx, &at)) continue;
         KellerVec3 end = v3_madd(w->origin, w->direction, at);
-        if (!path_in_sector(w, v3_sub(tx, end), KELLER_BOUNDARY_ANGLE) || !path_in_sector(w, v3_sub(rx, end), KELLER_BOUNDARY_ANGLE)) continue;
+        bool inside = path_in_sector(w, v3_sub(tx, end), KELLER_BOUNDARY_ANGLE) &&
+                      path_in_sector(w, v3_sub(rx, end), KELLER_BOUNDARY_ANGLE);
+        if (!inside) continue;
         if (!sees(scene, accel, w, 0, tx, end, work) || !sees(scene, accel, w, 1, end, rx, work)) continue;
         KellerPath path = {.count = 1, .weight = 1, .length = v3_distance(tx, end) + v3_distance(end, rx)};
         path.step[0] = (KellerStep){KELLER_DIFFRACTION, (uint32_t)i};

@@ -19,7 +19,8 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
 double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                                   const KellerMedium *media, bool edges);
 /* True where the path is diffracted at an edge by Biot, Tolstoy and Medwin: that edge, which keller_btm takes with all spreading. */
-bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media, KellerRigidEdge *edge);
+bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media,
+                     KellerRigidEdge *edge);
 /* The error of a material that is for the other domain: KELLER_BAD_INPUT. `sound`: the scene is one of sound. */
 KellerStatus path_other_domain(const KellerMaterial *material, bool sound, KellerError *error);
 /* What domain "acoustic" cannot do: transmissions; with Biot, Tolstoy and Medwin's edges a second diffraction, or a wedge that is

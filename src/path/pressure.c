@@ -14,7 +14,8 @@ static KellerWedgeWave wedge_at(const KellerScene *scene, uint32_t wedge, const 
 }
 
 /* The distances (m) before and behind each edge for its coefficient; returns the spreading (1/m) that the coefficients do not give. */
-static double tube_of(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double before[], double behind[], uint32_t *count)
+static double tube_of(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double before[], double behind[],
+                      uint32_t *count)
 {
     Cascade cascade;
     double spreading = path_cascade(scene, path, tx, &cascade);
@@ -26,7 +27,8 @@ static double tube_of(const KellerScene *scene, const KellerPath *path, KellerVe
     return spreading;
 }
 
-bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media, KellerRigidEdge *edge)
+bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media,
+                     KellerRigidEdge *edge)
 {
     if (scene->sound.edges != KELLER_EDGES_BTM) return false;
     double before[KELLER_MAX_BENDS], behind[KELLER_MAX_BENDS];
@@ -89,7 +91,8 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
 
 KellerStatus path_other_domain(const KellerMaterial *material, bool sound, KellerError *error)
 {
-    return keller_error(error, KELLER_BAD_INPUT, "material \"%s\" says what it does to %s; expected a <material name=\"%s\"> with %s",
+    return keller_error(error, KELLER_BAD_INPUT,
+                        "material \"%s\" says what it does to %s; expected a <material name=\"%s\"> with %s",
                         material->name, sound ? "radio waves, and the domain is acoustic" : "sound, and the domain is rf",
                         material->name, sound ? "absorption=\"...\", impedance=\"...\" or rigid=\"yes\""
                                               : "itu=\"...\", permittivity=\"...\" or conductor=\"perfect\"");
@@ -99,18 +102,21 @@ KellerStatus path_sound_check(const KellerConfig *config, const KellerScene *sce
 {
     const char *file = config->file ? config->file : "";
     if (config->transmissions > 0)
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: transmissions=\"%u\": sound that passes through walls is not computed; "
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s:%d: transmissions=\"%u\": sound that passes through walls is not computed; "
                                                      "expected no transmissions", file, config->paths_line, config->transmissions);
     if (scene->sound.edges != KELLER_EDGES_BTM || config->diffractions == 0) return KELLER_OK;
     if (config->diffractions > 1)
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: diffraction=\"btm\" knows one edge on a path, and diffractions=\"%u\"; "
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s:%d: diffraction=\"btm\" knows one edge on a path, and diffractions=\"%u\"; "
                                                      "expected at most 1, or diffraction=\"utd\"",
                             file, config->paths_line, config->diffractions);
     for (size_t w = 0; w < scene->wedge_count; w++)
         for (int j = 0; j < 2; j++) {
             const KellerMaterial *m = &scene->materials[scene->faces[scene->wedges[w].face[j]].material];
             if (m->kind != KELLER_MATERIAL_RIGID || m->scattering > 0)
-                return keller_error(error, KELLER_BAD_INPUT, "%s:%d: diffraction=\"btm\" is for rigid wedges, and an edge has a face of "
+                return keller_error(error, KELLER_BAD_INPUT,
+                                    "%s:%d: diffraction=\"btm\" is for rigid wedges, and an edge has a face of "
                                                              "\"%s\"; expected rigid=\"yes\" without scattering, or "
                                                              "diffraction=\"utd\"", file, config->paths_line, m->name);
         }

@@ -143,7 +143,8 @@ static double complex edge_at(const Work *w, size_t bin, size_t size)
     return (w->fine_spectrum[bin].r + I * w->fine_spectrum[bin].i) * cexp(2 * I * x) / triangle;
 }
 
-static bool add_path(const ResponsePlan *p, const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double scale, Work *w)
+static bool add_path(const ResponsePlan *p, const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double scale,
+                     Work *w)
 {
     double speed = scene->sound.speed;
     KellerRigidEdge edge;
@@ -164,7 +165,8 @@ static bool add_path(const ResponsePlan *p, const KellerScene *scene, const Kell
     return true;
 }
 
-static bool sum_paths(const ResponsePlan *p, const KellerConfig *config, const KellerScene *scene, const PathList *paths, Work *w,
+static bool sum_paths(const ResponsePlan *p, const KellerConfig *config, const KellerScene *scene, const PathList *paths,
+                      Work *w,
                       KellerResponse *response)
 {
     const KellerStation *t = &config->transmitters[response->tx].station, *r = &config->receivers[response->rx].station;
@@ -195,7 +197,8 @@ KellerStatus response_of(const ResponsePlan *p, const KellerConfig *config, cons
                  sum_paths(p, config, scene, paths, &w, response);
     if (ready) {
         for (size_t i = 0; i < p->bins; i++)
-            w.bins[i] = (kiss_fft_cpx){(float)(creal(w.spectrum[i]) / (double)p->size), (float)(cimag(w.spectrum[i]) / (double)p->size)};
+            w.bins[i] = (kiss_fft_cpx){(float)(creal(w.spectrum[i]) / (double)p->size),
+                                       (float)(cimag(w.spectrum[i]) / (double)p->size)};
         w.bins[0].i = w.bins[p->bins - 1].i = 0; /* a real signal has none; halves of the spectrum meet there */
         kiss_fftri(w.inverse, w.bins, w.signal);
         memcpy(response->pressure, w.signal, p->count * sizeof *response->pressure);

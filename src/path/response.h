@@ -12,6 +12,7 @@ ResponsePlan *response_plan(const KellerConfig *config, const KellerScene *scene
 void response_plan_free(ResponsePlan *plan); /* NULL is allowed */
 
 /* The response of one pair. What arrives after the last sample is left out. The caller frees response->pressure and ->tail. */
-KellerStatus response_of(const ResponsePlan *plan, const KellerConfig *config, const KellerScene *scene, uint32_t tx, uint32_t rx,
+KellerStatus response_of(const ResponsePlan *plan, const KellerConfig *config, const KellerScene *scene, uint32_t tx,
+                         uint32_t rx,
                          const PathList *paths, KellerResponse *response, KellerError *error);
 #endif

@@ -119,7 +119,8 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
     for (uint32_t i = 0; i < unit->count; i++) {
         if (status == KELLER_OK && ends &&
-            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i], &join_work.accel))
+            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i],
+                           &join_work.accel))
             status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
@@ -208,7 +209,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
         add_work(s->work, &work);
     }
     for (uint32_t i = 0; i < count; i++) {
-        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene), &results[i]);
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
+                                                           &results[i]);
         if (status == KELLER_OK && coverage && coverage->level)
             level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {

@@ -20,7 +20,8 @@ typedef struct {
 static double triangle_area(const KellerScene *scene, size_t t)
 {
     const uint32_t *v = scene->triangles[t];
-    KellerVec3 a = v3_sub(scene->vertices[v[1]], scene->vertices[v[0]]), b = v3_sub(scene->vertices[v[2]], scene->vertices[v[0]]);
+    const KellerVec3 *p = scene->vertices;
+    KellerVec3 a = v3_sub(p[v[1]], p[v[0]]), b = v3_sub(p[v[2]], p[v[0]]);
     return 0.5 * v3_norm(v3_cross(a, b));
 }
 
@@ -99,7 +100,8 @@ static void add_band(const KellerConfig *config, const KellerScene *scene, const
                      const float *noise, KellerResponse *r)
 {
     double c = scene->sound.speed, hits = c * room->surface / (4 * config->response_volume);
-    double alpha = fmin(room->absorption[band], 0.999999), air = keller_sound_loss(&scene->sound, tail_band(band)) * log(10) / 10;
+    double alpha = fmin(room->absorption[band], 0.999999);
+    double air = keller_sound_loss(&scene->sound, tail_band(band)) * log(10) / 10;
     double delta = -hits * log(1 - alpha) + c * air;
     double start = 4 * M_PI * c * factor / config->response_volume / r->rate;
     for (size_t i = (size_t)ceil(r->arrival * r->rate); i < r->count; i++) {

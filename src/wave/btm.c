@@ -124,7 +124,8 @@ static const double first_piece = 1e-10, piece_growth = 0.5;
 
 /* Adds what the points of the edge between eta = 0 and `end` bring, with a sign, piece by piece of half a sample or less; each piece is
  * shared by the two samples around its middle. */
-static void add_half(const KellerRigidEdge *e, const double angle[4], double end, double sign, double speed, double rate, double start,
+static void add_half(const KellerRigidEdge *e, const double angle[4], double end, double sign, double speed, double rate,
+                     double start,
                      size_t count, double *h)
 {
     double a = 0, integral = 0, scale = -sign * rate / (4 * M_PI * e->n);

@@ -98,7 +98,8 @@ bool keller_room(const KellerResponse *response, size_t bands, const double *mid
             else if (i < response->count) energy[i - first] = e;
         }
         if (first < response->count) energy[0] += before;
-        rooms[b] = keller_room_of_energy(first < response->count ? response->count - first : 0, energy, response->rate, 0.01 * impulse);
+        rooms[b] = keller_room_of_energy(first < response->count ? response->count - first : 0, energy, response->rate,
+                                         0.01 * impulse);
     }
     free(forward);
     free(inverse);

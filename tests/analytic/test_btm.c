@@ -33,7 +33,8 @@ static void finite_edges(void **state)
                              .phi = degree * table_number(&t, "phi_deg"), .r_in = 3, .r = 2, .z = 2.5, .z1 = z1, .z2 = z2};
         double complex exact = table_number(&t, "diff_hard_re") + I * table_number(&t, "diff_hard_im");
         worst = fmax(worst, cabs(with_phase(&e, k) - exact) * 4 * M_PI * keller_btm_shortest(&e));
-        KellerRigidEdge exchanged = {.n = e.n, .phi_in = e.phi, .phi = e.phi_in, .r_in = e.r, .z_in = e.z, .r = e.r_in, .z = e.z_in,
+        KellerRigidEdge exchanged = {.n = e.n, .phi_in = e.phi, .phi = e.phi_in, .r_in = e.r, .z_in = e.z, .r = e.r_in,
+                                     .z = e.z_in,
                                      .z1 = z1, .z2 = z2};
         assert_true(cabs(keller_btm(&exchanged, k) - keller_btm(&e, k)) < 1e-12);
         rows++;
@@ -144,7 +145,8 @@ static void screen(void **state)
         maekawa = fmax(maekawa, fabs(table_number(&t, "IL_Maekawa_10lg(3+20N)") - exact));
         iso = fmax(iso, fabs(table_number(&t, "IL_ISO9613-2_10lg(3+10N)_(C2=20)") - exact));
     }
-    printf("# insertion loss off by at most: BTM %.2g dB, UTD %.2g dB, Maekawa %.2g dB, ISO 9613-2 %.2g dB\n", btm, utd, maekawa, iso);
+    printf("# insertion loss off by at most: BTM %.2g dB, UTD %.2g dB, Maekawa %.2g dB, ISO 9613-2 %.2g dB\n", btm, utd,
+           maekawa, iso);
     assert_true(btm < 1e-3);
     assert_true(utd < 0.05);
 }

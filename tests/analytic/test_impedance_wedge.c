@@ -54,7 +54,8 @@ static void models(void **state)
         for (int i = 0; i < 3; i++) {
             double error[3];
             for (int m = 0; m < 3; m++) error[m] = shadow_error((KellerWedgeModel)m, ns[i], faces[f].zeta);
-            printf("# zeta %s, n %.3g: reciprocal %.2f dB, luebbers %.2f dB, holm %.2f dB\n", faces[f].name, ns[i], error[0], error[1],
+            printf("# zeta %s, n %.3g: reciprocal %.2f dB, luebbers %.2f dB, holm %.2f dB\n", faces[f].name, ns[i],
+                   error[0], error[1],
                    error[2]);
             assert_true(error[0] < faces[f].bound);
             assert_true(error[0] < error[KELLER_WEDGE_LUEBBERS]);

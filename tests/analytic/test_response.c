@@ -44,7 +44,8 @@ static KellerStatus keep_response(void *context, const KellerResponse *response,
     return KELLER_OK;
 }
 
-static KellerResponse respond(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections, uint32_t diffractions,
+static KellerResponse respond(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, uint32_t reflections,
+                              uint32_t diffractions,
                               double rate, double duration, double volume)
 {
     char id[] = "x";
@@ -52,7 +53,8 @@ static KellerResponse respond(const KellerScene *scene, KellerVec3 tx, KellerVec
     KellerTransmitter t = {.id = id, .station = {.position = tx}};
     KellerReceiver r = {.station = {.position = rx}};
     KellerReceiverSet set = {.id = id, .kind = KELLER_SET_POINT, .count = 1};
-    KellerConfig config = {.frequency_count = 1, .frequencies = &frequency, .transmitter_count = 1, .transmitters = &t, .set_count = 1,
+    KellerConfig config = {.frequency_count = 1, .frequencies = &frequency, .transmitter_count = 1, .transmitters = &t,
+                           .set_count = 1,
                            .sets = &set, .receiver_count = 1, .receivers = &r, .reflections = reflections, .diffractions = diffractions,
                            .interactions = reflections + diffractions, .dynamic_range = 1e4, .accelerator = "auto", .cone = M_PI / 90,
                            .threads = 1, .sound = scene->sound, .response_rate = rate, .response_duration = duration,
@@ -131,7 +133,8 @@ static void delays_in_the_file(void **state)
             alone[n] = (float)(samples[n] - others);
             assert_true(fabsf(samples[n]) <= 1);
         }
-        double before = at_time(4410, alone, delay[i] - 0.1), here = at_time(4410, alone, delay[i]), after = at_time(4410, alone, delay[i] + 0.1);
+        double before = at_time(4410, alone, delay[i] - 0.1), here = at_time(4410, alone, delay[i]);
+        double after = at_time(4410, alone, delay[i] + 0.1);
         double peak = 0.05 * (before - after) / (before - 2 * here + after); /* of the parabola, in samples from the delay */
         assert_true(fabs(peak) < 0.01);
         assert_true(fabs(here - amplitude[i]) < 1e-3 * amplitude[i]);
@@ -249,7 +252,8 @@ static void sabine_and_eyring(void **state)
         }
         KellerRoom room = keller_room_of_energy(COUNT, energy, RATE, 1);
         double sabine = 24 * log(10) / 343 * volume / (alphas[i] * surface), eyring = sabine * alphas[i] / -log(1 - alphas[i]);
-        printf("# alpha %g: %zu paths, T20 %.3f s, Sabine %.3f s, Eyring %.3f s\n", alphas[i], found.count, room.t20, sabine, eyring);
+        printf("# alpha %g: %zu paths, T20 %.3f s, Sabine %.3f s, Eyring %.3f s\n", alphas[i], found.count, room.t20,
+               sabine, eyring);
         assert_true(room.t20 > 0.95 * eyring && room.t20 < 1.15 * sabine);
         found_free(&found);
         keller_scene_free(&scene);
@@ -266,7 +270,8 @@ static void tail_completes(void **state)
     KellerSoup soup = soup_new();
     soup_object(&soup, "room");
     soup_box(&soup, v3(0, 0, 0), v3(X, Y, Z), CONCRETE, 0);
-    KellerMaterial m = {.kind = KELLER_MATERIAL_ABSORPTION, .band_count = 1, .band = {1000}, .surface = {{alpha}}, .scattering = 0.3};
+    KellerMaterial m = {.kind = KELLER_MATERIAL_ABSORPTION, .band_count = 1, .band = {1000}, .surface = {{alpha}},
+                        .scattering = 0.3};
     KellerScene scene = sound_scene(&soup, m);
     KellerVec3 tx = v3(2.1, 1.7, 1.2), rx = v3(6.3, 4.1, 1.6);
     KellerResponse without = respond(&scene, tx, rx, 4, 0, 24000, 1.6, 0), with = respond(&scene, tx, rx, 4, 0, 24000, 1.6, V);

@@ -66,7 +66,8 @@ static KellerScene room(Walls walls)
     }
     KellerScene scene = scene_of(&soup);
     soup_release(&soup);
-    scene.sound = (KellerSound){.speed = keller_sound_speed(293.15, 101325, 0.5), .absorbs = walls == MIXED, .temperature = 293.15,
+    scene.sound = (KellerSound){.speed = keller_sound_speed(293.15, 101325, 0.5), .absorbs = walls == MIXED,
+                                .temperature = 293.15,
                                 .pressure = 101325, .humidity = 0.5};
     return scene;
 }
@@ -136,7 +137,8 @@ static void images_one_to_one(void **state)
                         const Found *p = &found.path[i];
                         double z = p->arrival[0], a = p->arrival[1];
                         KellerVec3 from = v3(sin(z) * cos(a), sin(z) * sin(a), cos(z));
-                        KellerVec3 to = v3((double)expected.direction[0], (double)expected.direction[1], (double)expected.direction[2]);
+                        KellerVec3 to = v3((double)expected.direction[0], (double)expected.direction[1],
+                                           (double)expected.direction[2]);
                         if (fabsl(p->length - expected.length) > 1e-9L || v3_distance(from, to) > 1e-9) continue;
                         matches++;
                         assert_false(taken[i]);

@@ -60,7 +60,8 @@ static void canyon_path_by_path(void **state)
 {
     (void)state;
     static const char *const names[] = {"1kHz_rigid", "250Hz_Zw30-10j_Zg12-8j", "1kHz_alpha0.1_0.2"};
-    KellerMaterial wall[] = {rigid(), impedance(30, -10), absorbing(0.1)}, ground[] = {rigid(), impedance(12, -8), absorbing(0.2)};
+    KellerMaterial wall[] = {rigid(), impedance(30, -10), absorbing(0.1)};
+    KellerMaterial ground[] = {rigid(), impedance(12, -8), absorbing(0.2)};
     FoundPaths found[3];
     for (int c = 0; c < 3; c++) {
         KellerScene scene = canyon(wall[c], ground[c]);
@@ -85,7 +86,8 @@ static void canyon_path_by_path(void **state)
             const Found *p = &found[c].path[i];
             double on_walls = 0;
             for (uint32_t k = 0; k < p->count; k++) on_walls += p->position[k].z > 1e-9;
-            if (p->rx != table_number(&t, "rx") || p->count != order || on_walls != walls || fabs(p->length - length) > 1e-9) continue;
+            if (p->rx != table_number(&t, "rx") || p->count != order || on_walls != walls ||
+                fabs(p->length - length) > 1e-9) continue;
             matches++;
             assert_true(cabs(p->gain[0] - expected) < 1e-11 * cabs(expected));
         }
@@ -154,7 +156,8 @@ static void rigid_wedge(void **state)
         double off = cabs(field_at(&scene, tx, rx, frequency, KELLER_EDGES_BTM) - exact) * scale;
         worst = fmax(worst, off);
         double off_uniform = cabs(field_at(&scene, tx, rx, frequency, KELLER_EDGES_UTD) - uniform) * scale;
-        if (off_uniform > 1e-9) printf("# phi' %g, phi %g, z %g, k %g: the uniform theory is off by %.2g\n", table_number(&t, "phip_deg"), phi, z, k, off_uniform);
+        if (off_uniform > 1e-9) printf("# phi' %g, phi %g, z %g, k %g: the uniform theory is off by %.2g\n",
+                                       table_number(&t, "phip_deg"), phi, z, k, off_uniform);
         assert_true(off_uniform < 1e-9);
         count++;
     }
@@ -172,13 +175,15 @@ static void impedance_wedge(void **state)
     double phi_in = 0.7, boundaries[] = {M_PI - phi_in, M_PI + phi_in};
     for (int i = 1; i < 20; i++) {
         KellerVec3 a = around(3, phi_in, 0), b = around(2, 0.23 * i, 1.5);
-        double complex there = field_at(&scene, a, b, 300, KELLER_EDGES_UTD), back = field_at(&scene, b, a, 300, KELLER_EDGES_UTD);
+        double complex there = field_at(&scene, a, b, 300, KELLER_EDGES_UTD), back = field_at(&scene, b, a, 300,
+                                                                                              KELLER_EDGES_UTD);
         assert_true(cabs(there - back) < 1e-12);
     }
     for (int i = 0; i < 2; i++) {
         double complex on = field_at(&scene, around(3, phi_in, 0), around(2, boundaries[i], 1.5), 300, KELLER_EDGES_UTD);
         for (int side = -1; side <= 1; side += 2) {
-            double complex beside = field_at(&scene, around(3, phi_in, 0), around(2, boundaries[i] + 1e-6 * side, 1.5), 300, KELLER_EDGES_UTD);
+            double complex beside = field_at(&scene, around(3, phi_in, 0), around(2, boundaries[i] + 1e-6 * side, 1.5),
+                                             300, KELLER_EDGES_UTD);
             assert_true(cabs(beside - on) < 1e-4 * cabs(on)); /* it changes by about k rho 1e-6 = 1e-5 */
         }
     }
@@ -251,7 +256,8 @@ static void ends_of_edges(void **state)
     KellerScene scene = floating_screen(1);
     KellerVec3 tx = v3(-3, 0, 1.8);
     for (int rim = 0; rim < 2; rim++) {
-        double z = rim ? 2.5 : 1, before = hypot(3, z - tx.z), behind = hypot(3, z - 1.9), leaves = 5 * (before + behind) / before;
+        double z = rim ? 2.5 : 1, before = hypot(3, z - tx.z), behind = hypot(3, z - 1.9);
+        double leaves = 5 * (before + behind) / before;
         size_t count[2];
         double complex p[2];
         for (int i = 0; i < 2; i++) p[i] = total_at(&scene, tx, v3(3, leaves + (i ? 1e-7 : -1e-7), 1.9), 400, &count[i]);

@@ -63,9 +63,11 @@ static void what_is_read(void **state)
     assert_true(c.sound.speed == keller_sound_speed(283.15, 1e5, 0.7));
     const KellerMaterial *wall = &c.materials[0], *felt = &c.materials[1];
     assert_int_equal(wall->kind, KELLER_MATERIAL_ABSORPTION);
-    assert_true(wall->band_count == 3 && wall->surface[2][0] == 0.3 && wall->scattering == 0.25 && wall->band[1] == c.frequencies[1]);
+    assert_true(wall->band_count == 3 && wall->surface[2][0] == 0.3 && wall->scattering == 0.25 &&
+                wall->band[1] == c.frequencies[1]);
     assert_int_equal(felt->kind, KELLER_MATERIAL_IMPEDANCE);
-    assert_true(felt->surface[0][0] == 7.5 && felt->surface[0][1] == -2.1 && felt->surface[2][0] == 5 && felt->surface[2][1] == 0.25);
+    assert_true(felt->surface[0][0] == 7.5 && felt->surface[0][1] == -2.1 && felt->surface[2][0] == 5 &&
+                felt->surface[2][1] == 0.25);
     assert_int_equal(c.materials[2].kind, KELLER_MATERIAL_RIGID);
     /* a cardioid of 90 dB has 10 lg 3 more on its axis than 90 dB - 10 lg 4 pi */
     assert_true(fabs(c.transmitters[0].level[0] - (90 - 10 * log10(4 * M_PI) + 10 * log10(3))) < 1e-9);
@@ -89,7 +91,8 @@ static void what_is_left_out(void **state)
                        "<to x='1 m' y='1 m'/><step>1 m</step></grid></simulation>";
     if (read_text(text, &c, &error) != KELLER_OK) fail_msg("%s", error.message);
     assert_int_equal(c.bands_per_octave, 0);
-    assert_true(c.sound.absorbs && c.sound.speed == keller_sound_speed(293.15, 101325, 0.5) && c.sound.edges == KELLER_EDGES_UTD);
+    assert_true(c.sound.absorbs && c.sound.speed == keller_sound_speed(293.15, 101325, 0.5) &&
+                c.sound.edges == KELLER_EDGES_UTD);
     assert_true(fabs(c.transmitters[0].level[0] + 10 * log10(4 * M_PI)) < 1e-12 && c.response_rate == 0);
     /* values go to their frequencies in whatever order */
     assert_true(c.materials[0].band[0] == 250 && c.materials[0].surface[0][0] == 0.25 && c.materials[0].surface[1][0] == 0.5);
@@ -149,7 +152,8 @@ static void what_is_refused(void **state)
         KellerError error = {KELLER_OK, "(none)"};
         KellerStatus status = read_text(text, &config, &error);
         snprintf(start, sizeof start, "%s:%d: ", test_files_path(&files, "c.xml"), b->line);
-        if (status != KELLER_BAD_INPUT || strncmp(error.message, start, strlen(start)) != 0 || !strstr(error.message, b->words) ||
+        if (status != KELLER_BAD_INPUT || strncmp(error.message, start, strlen(start)) != 0 || !strstr(error.message,
+                                                                                                       b->words) ||
             (b->more_words && !strstr(error.message, b->more_words)))
             fail_msg("\"%s\": expected line %d, \"%s\" and \"%s\"; got %d: %s", b->replace, b->line, b->words,
                      b->more_words ? b->more_words : "", status, error.message);

@@ -133,7 +133,8 @@ static void directivity(void **state)
 static void surfaces(void **state)
 {
     (void)state;
-    KellerMaterial m = {.kind = KELLER_MATERIAL_IMPEDANCE, .band_count = 2, .band = {100, 10000}, .surface = {{7.5, -2.1}, {3.5, 0.9}}};
+    KellerMaterial m = {.kind = KELLER_MATERIAL_IMPEDANCE, .band_count = 2, .band = {100, 10000}, .surface = {{7.5, -2.1},
+                                                                                                              {3.5, 0.9}}};
     KellerMedium s;
     keller_sound_medium(&m, 1000, &s);
     assert_true(cabs(s.impedance - (5.5 - 0.6 * I)) < 1e-14);
@@ -144,7 +145,8 @@ static void surfaces(void **state)
     assert_true(s.impedance == 7.5 - 2.1 * I);
     keller_sound_medium(&m, 20000, &s);
     assert_true(s.impedance == 3.5 + 0.9 * I);
-    m = (KellerMaterial){.kind = KELLER_MATERIAL_ABSORPTION, .band_count = 1, .band = {1000}, .surface = {{0.19}}, .scattering = 0.36};
+    m = (KellerMaterial){.kind = KELLER_MATERIAL_ABSORPTION, .band_count = 1, .band = {1000}, .surface = {{0.19}},
+                         .scattering = 0.36};
     keller_sound_medium(&m, 50, &s);
     assert_true(cabs(keller_sound_reflection(&s, 0.3) - 0.9 * 0.8) < 1e-15);
     m = (KellerMaterial){.kind = KELLER_MATERIAL_RIGID};
