@@ -7,12 +7,14 @@
 #include "keller/error.h"
 #include "keller/geo.h"
 #include "keller/material.h"
+#include "keller/sound.h"
 #include "keller/vec.h"
 #include "keller/wave.h"
 
 typedef struct {
     KellerVec3 position;        /* m, local frame */
-    KellerAntenna antenna;
+    KellerAntenna antenna;      /* radio */
+    KellerDirectivity directivity; /* sound */
     double orientation[3];      /* yaw, pitch, roll in radians */
     KellerVec3 velocity;        /* m/s */
 } KellerStation;
@@ -20,7 +22,8 @@ typedef struct {
 typedef struct {
     char *id;
     KellerStation station;
-    double power;               /* W */
+    double power;               /* W; of sound: of all frequencies together */
+    double *level;              /* sound: [frequency_count] dB re 20 uPa, free-field level at 1 m on the source's axis; radio: NULL */
 } KellerTransmitter;
 
 typedef enum { KELLER_SET_POINT, KELLER_SET_ROUTE, KELLER_SET_GRID } KellerSetKind;
@@ -66,6 +69,8 @@ typedef struct {
     double *frequencies;        /* Hz, as given, each > 0 */
     int *frequency_lines;       /* NULL where the configuration was not read from a file */
     KellerAir air;
+    KellerSound sound;          /* speed 0: domain rf */
+    uint32_t bands_per_octave;  /* sound: 1 or 3, the frequencies are the middles of bands; 0: pure tones */
     size_t material_count;
     KellerMaterial *materials;
     int *material_lines;
@@ -87,12 +92,15 @@ typedef struct {
     uint32_t reflections, diffractions, transmissions, interactions;
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
-    KellerWedgeModel wedge_model; /* the caller puts it, air and transmissions into the scene to simulate */
+    KellerWedgeModel wedge_model; /* the caller puts it, air, sound and transmissions into the scene that is simulated */
     char accelerator[32];       /* "auto", "bvh", ... */
     double cone;                /* half-angle of the launched cones, radians, (0, pi/4] */
     uint32_t threads;           /* 0: all */
     uint32_t split_over;        /* cones that meet more faces and wedges than this are split; 0: chosen by the search. Changes
                                    the speed, never the paths; not in the XML */
+    double response_rate;       /* sound: Hz, of the impulse responses at points; 0: none are asked for */
+    double response_duration;   /* s */
+    double response_volume;     /* m^3, of the room: a diffuse tail completes the responses; 0: none is asked for */
     bool output_paths, output_coverage, output_scene;
 } KellerConfig;
 

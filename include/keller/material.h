@@ -10,7 +10,10 @@ typedef enum {
     KELLER_MATERIAL_ITU,      /* a row of ITU-R P.2040-4, by name */
     KELLER_MATERIAL_CONSTANT, /* relative permittivity and conductivity given outright */
     KELLER_MATERIAL_CONDUCTOR, /* perfect electric conductor */
-    KELLER_MATERIAL_LAYERS    /* a slab of several layers in air */
+    KELLER_MATERIAL_LAYERS,   /* a slab of several layers in air */
+    KELLER_MATERIAL_RIGID,    /* for sound: reflects all of it */
+    KELLER_MATERIAL_ABSORPTION, /* for sound: an absorption coefficient at each band, the same at every angle */
+    KELLER_MATERIAL_IMPEDANCE /* for sound: locally reacting, a specific normal impedance at each band */
 } KellerMaterialKind;
 
 /* One layer of a slab. */
@@ -21,7 +24,7 @@ typedef struct {
     double thickness;         /* m, > 0 */
 } KellerLayer;
 
-enum { KELLER_MAX_LAYERS = 8 };
+enum { KELLER_MAX_LAYERS = 8, KELLER_MAX_BANDS = 64 };
 
 typedef struct {
     char *name;               /* owned; UTF-8 */
@@ -33,7 +36,19 @@ typedef struct {
     double roughness;         /* m, rms height of the surface, >= 0 */
     uint32_t layer_count;     /* kind LAYERS: 1 to KELLER_MAX_LAYERS; waves meet layer 0 first, from whichever side */
     KellerLayer layers[KELLER_MAX_LAYERS];
+    /* kinds ABSORPTION and IMPEDANCE: the values at frequencies (Hz) in rising order; between them linear in the logarithm of
+     * the frequency, beyond them the nearest one. ABSORPTION: (alpha, 0), alpha in [0, 1]; IMPEDANCE: real and imaginary part over
+     * rho c, real part >= 0, not both 0. */
+    uint32_t band_count;
+    double band[KELLER_MAX_BANDS], surface[KELLER_MAX_BANDS][2];
+    double scattering;        /* kinds for sound: share of the reflected energy that leaves in other directions, [0, 1] */
 } KellerMaterial;
+
+/* True for the kinds that say what a surface does to sound, false for those that say it of radio waves. */
+static inline bool keller_material_of_sound(KellerMaterialKind kind)
+{
+    return kind == KELLER_MATERIAL_RIGID || kind == KELLER_MATERIAL_ABSORPTION || kind == KELLER_MATERIAL_IMPEDANCE;
+}
 
 /* The air between surfaces, and rain in it. All zero: neither takes anything. */
 typedef struct {
@@ -43,6 +58,22 @@ typedef struct {
     double vapour;            /* Pa, of water vapour */
     double rain;              /* m/s; 1 mm/h is 2.8e-7 */
 } KellerAir;
+
+/* How edges diffract sound. */
+typedef enum {
+    KELLER_EDGES_UTD,         /* the uniform theory, as for radio waves */
+    KELLER_EDGES_BTM          /* Biot, Tolstoy and Medwin's exact solution by Svensson's line integral: rigid faces, one edge a path */
+} KellerEdgeMethod;
+
+/* The air that sound travels through. speed 0: the waves are radio waves, and nothing else here counts. */
+typedef struct {
+    double speed;             /* m/s */
+    bool absorbs;             /* as ISO 9613-1 has it; the next three count */
+    double temperature;       /* K */
+    double pressure;          /* Pa */
+    double humidity;          /* relative, 0 to 1 */
+    KellerEdgeMethod edges;
+} KellerSound;
 
 /* How an edge between finitely conducting faces diffracts: which reflection coefficients go to which of the four terms of
  * the uniform theory (docs/theory.md; docs/accuracy.md has their errors). Perfect conductors need none. */

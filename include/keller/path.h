@@ -8,6 +8,7 @@
 #include "keller/accel.h"
 #include "keller/config.h"
 #include "keller/error.h"
+#include "keller/response.h"
 #include "keller/scene.h"
 
 /* Interactions of one path, all kinds together, and those of them that are searched for, reflections and diffractions: a
@@ -79,7 +80,7 @@ typedef struct {
     double (*departure)[2], (*arrival)[2];
     double *doppler;              /* [count][F] */
     double complex *gain;         /* [count][F] */
-    double complex *transfer;     /* [count][F][2][2] */
+    double complex *transfer;     /* [count][F][2][2]; NULL for sound */
     uint8_t *interaction_kind;    /* [interaction_count] */
     KellerVec3 *interaction_position;
     uint32_t *interaction_triangle, *interaction_wedge;  /* KELLER_NONE where it does not apply */
@@ -93,6 +94,8 @@ typedef struct {
     double *path_gain;            /* [F][ny][nx] |sum of gains|^2 */
     double *delay_spread;         /* [ny][nx] s, rms, weighted with the power at the first frequency; NaN: no path */
     double *strongest_delay;      /* [ny][nx] s; NaN: no path */
+    double *level;                /* sound: [F][ny][nx] dB re 20 uPa, of the band or tone; -infinity: no path. Radio: NULL */
+    double *level_a;              /* sound: [ny][nx] dB, A-weighted, of all frequencies together */
 } KellerCoverage;
 
 typedef struct {
@@ -108,6 +111,8 @@ typedef struct {
     KellerStatus (*paths)(void *context, const KellerPathBatch *batch, KellerError *error);       /* may be NULL */
     KellerStatus (*coverage)(void *context, const KellerCoverage *coverage, KellerError *error);  /* may be NULL */
     void (*progress)(void *context, double fraction);   /* in [0, 1]; may be NULL; called now and then */
+    /* sound with config->response_rate > 0: of each pair whose receiver is not of a grid; may be NULL */
+    KellerStatus (*response)(void *context, const KellerResponse *response, KellerError *error);
 } KellerSink;
 
 /* Checks what this build can do against what the configuration asks for (domain, orders, frequencies in the materials'

@@ -23,6 +23,8 @@ KellerStatus keller_result_create(const char *file, bool force, const KellerConf
 KellerStatus keller_result_append(KellerResult *result, const KellerPathBatch *batch, KellerError *error);
 /* Writes the maps of one transmitter on one grid. */
 KellerStatus keller_result_coverage(KellerResult *result, const KellerCoverage *coverage, KellerError *error);
+/* Appends an impulse response of config->response_duration, and its room acoustical parameters. */
+KellerStatus keller_result_response(KellerResult *result, const KellerResponse *response, KellerError *error);
 /* Writes one value under /statistics. `unit` may be "1". */
 KellerStatus keller_result_statistic(KellerResult *result, const char *name, double value, const char *unit,
                                      KellerError *error);

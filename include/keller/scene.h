@@ -77,6 +77,7 @@ typedef struct {
     KellerAir air;                  /* likewise what the air takes; nothing as built */
     uint32_t transmissions;         /* likewise how many slabs paths may pass through: from one on, an edge of a screen that is a slab
                                        is diffracted at knowing what comes through, from two on, one of a body; 0 as built */
+    KellerSound sound;              /* likewise; all zero as built: radio waves */
     KellerSceneReport report;
 } KellerScene;
 

@@ -28,6 +28,9 @@ typedef struct {
         double complex eta;
         double thickness;    /* m */
     } layers[KELLER_MAX_LAYERS];
+    bool sound;              /* a surface for sound (keller/sound.h): only the next two count */
+    double complex impedance; /* specific, normal; 0: reflects the same at every angle */
+    double factor;           /* of the pressure: the whole reflection where impedance is 0, else what scattering leaves of it */
 } KellerMedium;
 
 /* True if `name` is in the ITU-R P.2040-4 table. */

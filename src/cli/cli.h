@@ -17,12 +17,11 @@ KellerStatus keller_cli_check(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_info(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_paths(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_plot(int argc, char **argv, KellerError *error);
+KellerStatus keller_cli_export(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_scene(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_bench(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_help(int argc, char **argv, KellerError *error);
 KellerStatus keller_cli_version(int argc, char **argv, KellerError *error);
-/* A verb that this version does not have yet. */
-KellerStatus keller_cli_later(const char *verb, KellerError *error);
 
 /* ---- options.c: arguments -------------------------------------------------------------------------------------- */
 

@@ -51,11 +51,13 @@ static const Help verbs[] = {
      "  --strongest N          the N strongest of each pair at the first frequency, strongest first\n"
      "  --format FORMAT        table (default), csv or json\n"},
     {"plot",
-     "keller plot RESULT.h5 [--what coverage|delay|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
+     "keller plot RESULT.h5 [--what coverage|delay|level|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
      "                   -o FILE.png|FILE.svg [--force]",
      "Draws a picture with gnuplot, over the outlines of the scene where the result holds it.\n"
      "  --what coverage        path gain over a grid (default)\n"
      "  --what delay           delay of the strongest path over a grid\n"
+     "  --what level           sound level over a grid, all transmitters together unless --tx says otherwise, A-weighted and all\n"
+     "                         bands together unless --frequency says otherwise\n"
      "  --what paths           the paths of a transmitter seen from above: those within 60 dB of the strongest\n"
      "  --tx ID                the transmitter; default: the first\n"
      "  --rx ID                coverage, delay: the same as --grid; paths: only to this receiver or set\n"
@@ -63,6 +65,13 @@ static const Help verbs[] = {
      "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
+    {"export", "keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
+     "Writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
+     "free-field pressure at 1 m. What would be beyond 1 is scaled down as a whole, and said so.\n"
+     "  --tx ID                the transmitter; default: the first\n"
+     "  --rx ID                the receiver (\"walk[3]\": a point of a route); default: the first\n"
+     "  -o, --output FILE      the sound file\n"
+     "      --force            replace an existing file\n"},
     {"scene",
      "keller scene generate city [--seed N] [--blocks N | --triangles N] [--layout grid|star] -o FILE [--force]\n"
      "       keller scene generate random|slivers-sphere [--seed N] [--triangles N] [--size S] -o FILE [--force]\n"
@@ -129,8 +138,6 @@ KellerStatus keller_print_help(const char *verb, KellerError *error)
         printf("usage: %s\n%s", verbs[i].usage, verbs[i].text);
         return KELLER_OK;
     }
-    if (strcmp(verb, "export") == 0)
-        return keller_cli_later(verb, error);
     return keller_error(error, KELLER_USAGE, "unknown verb \"%.60s\"; see `keller help`", verb);
 }
 
@@ -145,9 +152,4 @@ KellerStatus keller_cli_version(int argc, char **argv, KellerError *error)
     if (argc > 0) return keller_usage(error, "version", "\"%.60s\" is not expected", argv[0]);
     printf("keller %s\n", KELLER_VERSION);
     return KELLER_OK;
-}
-
-KellerStatus keller_cli_later(const char *verb, KellerError *error)
-{
-    return keller_error(error, KELLER_USAGE, "%s: not in this version; see `keller help`", verb);
 }

@@ -11,9 +11,10 @@ typedef struct {
     KellerStatus (*run)(int argc, char **argv, KellerError *error);
 } Verb;
 
-static const Verb verbs[] = {{"run", keller_cli_run},     {"check", keller_cli_check}, {"info", keller_cli_info},
-                             {"paths", keller_cli_paths}, {"plot", keller_cli_plot},   {"bench", keller_cli_bench},
-                             {"scene", keller_cli_scene}, {"help", keller_cli_help},   {"version", keller_cli_version}};
+static const Verb verbs[] = {{"run", keller_cli_run},     {"check", keller_cli_check},   {"info", keller_cli_info},
+                             {"paths", keller_cli_paths}, {"plot", keller_cli_plot},     {"export", keller_cli_export},
+                             {"bench", keller_cli_bench}, {"scene", keller_cli_scene},   {"help", keller_cli_help},
+                             {"version", keller_cli_version}};
 
 static KellerStatus dispatch(int argc, char **argv, KellerError *error)
 {
@@ -25,9 +26,6 @@ static KellerStatus dispatch(int argc, char **argv, KellerError *error)
         if (strcmp(argv[i], "--help") == 0) return keller_print_help(name, error);
     for (size_t i = 0; i < sizeof verbs / sizeof *verbs; ++i)
         if (strcmp(verbs[i].name, name) == 0) return verbs[i].run(argc - 2, argv + 2, error);
-    static const char *const later[] = {"export"};
-    for (size_t i = 0; i < sizeof later / sizeof *later; ++i)
-        if (strcmp(later[i], name) == 0) return keller_cli_later(name, error);
     return keller_error(error, KELLER_USAGE, "unknown %s \"%.60s\"; see `keller help`",
                         name[0] == '-' ? "option" : "verb", name);
 }

@@ -65,6 +65,8 @@ static void receiver_name(const KellerResultInfo *info, uint32_t rx, char *name,
     keller_receiver_name(info->set_ids[set], info->set_kinds[set], info->receiver_indices[rx], name, size);
 }
 
+static bool is_sound(const KellerResultInfo *info) { return strcmp(info->domain, "acoustic") == 0; }
+
 /* ---- formats ----------------------------------------------------------------------------------------------------- */
 
 void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo *info, KellerPathFormat format)
@@ -73,7 +75,7 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
     char number[32];
     switch (format) {
     case KELLER_PATHS_TABLE:
-        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", "delay/ns");
+        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", is_sound(info) ? "delay/ms" : "delay/ns");
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             char head[48];
             snprintf(head, sizeof head, "dB@%s", keller_si(info->frequencies[f], "Hz", number));
@@ -109,7 +111,7 @@ static void print_table(const KellerResultInfo *info, const KellerPathRow *row, 
         int width = i ? 14 : 10, length = (int)strlen(names[i]);
         printf("%*s ", length < width ? width - length : 0, "");
     }
-    printf("%10.3f %12.4f", row->length, row->delay * 1e9);
+    printf("%10.3f %12.4f", row->length, row->delay * (is_sound(info) ? 1e3 : 1e9));
     for (uint64_t f = 0; f < info->frequency_count; ++f)
         printf(" %13.2f %9.2f %9.2f", keller_decibel(cabs(row->gain[f])), carg(row->gain[f]) * degrees,
                row->doppler[f]);

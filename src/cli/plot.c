@@ -29,8 +29,9 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
         case WHAT:
             if (strcmp(value, "coverage") == 0) o->kind = KELLER_PLOT_COVERAGE;
             else if (strcmp(value, "delay") == 0) o->kind = KELLER_PLOT_DELAY;
+            else if (strcmp(value, "level") == 0) o->kind = KELLER_PLOT_LEVEL;
             else if (strcmp(value, "paths") == 0) o->kind = KELLER_PLOT_PATHS;
-            else return keller_usage(error, "plot", "--what is \"%.60s\"; expected coverage, delay or paths", value);
+            else return keller_usage(error, "plot", "--what is \"%.60s\"; expected coverage, delay, level or paths", value);
             break;
         case TX: o->tx = value; break;
         case RX: o->rx = value; break;
@@ -50,7 +51,7 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
             if (!o->output) return keller_usage(error, "plot", "-o FILE.png or -o FILE.svg is expected");
             if (o->kind == KELLER_PLOT_DELAY && o->frequency > 0)
                 return keller_usage(error, "plot", "--frequency: the delay map is that of the first frequency only");
-            if (o->frequency == 0) o->frequency = 1;
+            if (o->frequency == 0 && o->kind != KELLER_PLOT_LEVEL) o->frequency = 1;
             const char *dot = strrchr(o->output, '.');
             o->svg = dot && strcmp(dot, ".svg") == 0;
             if (!o->svg && (!dot || strcmp(dot, ".png") != 0))
@@ -78,7 +79,7 @@ static KellerStatus find_grid(const KellerResultInfo *info, const Options *o, si
 static KellerStatus choose(const KellerResultInfo *info, const Options *o, KellerPlot *plot, KellerError *error)
 {
     *plot = (KellerPlot){.file = o->file, .kind = o->kind, .svg = o->svg, .set = SIZE_MAX, .index = -1,
-                         .frequency = o->frequency - 1};
+                         .frequency = o->frequency ? o->frequency - 1 : SIZE_MAX, .all = o->kind == KELLER_PLOT_LEVEL && !o->tx};
     if (info->transmitter_count == 0)
         return keller_error(error, KELLER_BAD_INPUT, "%s: holds no transmitter", o->file);
     if (o->frequency > info->frequency_count)

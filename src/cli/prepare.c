@@ -44,6 +44,7 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     p->scene.wedge_model = p->config.wedge_model;
     p->scene.air = p->config.air;
     p->scene.transmissions = p->config.transmissions;
+    p->scene.sound = p->config.sound;
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;
@@ -70,13 +71,39 @@ static const char *material_text(const KellerMaterial *m, char text[120])
         break;
     case KELLER_MATERIAL_CONDUCTOR: snprintf(text, 120, "perfect conductor"); break;
     case KELLER_MATERIAL_LAYERS: snprintf(text, 120, "%u layers, %s", m->layer_count, thickness); break;
+    case KELLER_MATERIAL_RIGID: snprintf(text, 120, "rigid"); break;
+    case KELLER_MATERIAL_ABSORPTION:
+        snprintf(text, 120, "absorption %g%s", m->surface[0][0], m->band_count > 1 ? " and on" : "");
+        break;
+    case KELLER_MATERIAL_IMPEDANCE:
+        snprintf(text, 120, "impedance %g%+gj%s", m->surface[0][0], m->surface[0][1], m->band_count > 1 ? " and on" : "");
+        break;
     }
     return text;
+}
+
+static void print_sound(const KellerConfig *c)
+{
+    const KellerSound *s = &c->sound;
+    char absorption[100] = "takes nothing";
+    if (s->absorbs)
+        snprintf(absorption, sizeof absorption, "ISO 9613-1 at %.4g degC, %.3g %%, %.6g kPa", s->temperature - 273.15,
+                 100 * s->humidity,
+                 s->pressure / 1e3);
+    keller_row("air", "%.5g m/s, %s", s->speed, absorption);
+    if (c->bands_per_octave > 0) keller_row("levels", "means over %s bands",
+                                            c->bands_per_octave == 1 ? "octave" : "third-octave");
+    keller_row("diffraction", "%s", s->edges == KELLER_EDGES_BTM ? "Biot, Tolstoy and Medwin" : "uniform theory");
+    if (c->response_rate > 0)
+        keller_row("responses", "%g s at %g Hz%s", c->response_duration, c->response_rate,
+                   c->response_volume > 0 ? ", with a statistical tail" : "");
 }
 
 void keller_print_configuration(const KellerConfig *c)
 {
     char number[32], wavelength[32];
+    bool sound = c->sound.speed > 0;
+    double speed = sound ? c->sound.speed : KELLER_LIGHT_SPEED;
     printf("configuration\n");
     keller_row("file", "%s", c->file);
     keller_row("scene", "%s", c->scene_file);
@@ -86,7 +113,7 @@ void keller_print_configuration(const KellerConfig *c)
             break;
         }
         keller_row(f ? "" : "frequencies", "%s, wavelength %s", keller_si(c->frequencies[f], "Hz", number),
-                   keller_si(KELLER_LIGHT_SPEED / c->frequencies[f], "m", wavelength));
+                   keller_si(speed / c->frequencies[f], "m", wavelength));
     }
     keller_row("transmitters", "%zu", c->transmitter_count);
     size_t points = 0, routes = 0, grids = 0;
@@ -104,6 +131,7 @@ void keller_print_configuration(const KellerConfig *c)
     keller_row("wedges", "%s", models[c->wedge_model]);
     if (c->air.gases || c->air.rain > 0)
         keller_row("air", "gases %s, rain %g mm/h", c->air.gases ? "as in ITU-R P.676" : "ignored", c->air.rain * 3.6e6);
+    if (sound) print_sound(c);
     keller_row("dynamic range", "%g dB", c->dynamic_range);
     keller_row("accelerator", "%s, cones of half-angle %.3g deg", c->accelerator, c->cone * 180 / M_PI);
     keller_row("output", "%s%s%s%s", c->output_paths ? "paths " : "", c->output_coverage ? "coverage " : "",

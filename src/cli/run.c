@@ -113,6 +113,11 @@ static KellerStatus take_map(void *context, const KellerCoverage *map, KellerErr
     return keller_result_coverage(run->result, map, error);
 }
 
+static KellerStatus take_response(void *context, const KellerResponse *response, KellerError *error)
+{
+    return keller_result_response(((Run *)context)->result, response, error);
+}
+
 static void take_progress(void *context, double fraction)
 {
     keller_progress_update(&((Run *)context)->progress, fraction);
@@ -190,7 +195,8 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
         return status;
     }
     status = keller_result_fill(run.result, &p->scene, o->command_line, error);
-    KellerSink sink = {&run, take_paths, take_map, take_progress};
+    KellerSink sink = {.context = &run, .paths = take_paths, .coverage = take_map, .progress = take_progress,
+                       .response = take_response};
     if (o->verbose) fprintf(stderr, "keller: simulating\n");
     keller_progress_start(&run.progress, o->quiet ? NULL : stderr, "keller: simulating");
     before = keller_seconds();

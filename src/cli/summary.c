@@ -66,6 +66,7 @@ void keller_summary_map(KellerSummary *s, const KellerCoverage *map)
 
 void keller_summary_print(const KellerSummary *s, const KellerConfig *config)
 {
+    bool sound = config->sound.speed > 0;
     uint64_t total = s->line_of_sight;
     for (int i = 0; i < 4; ++i) total += s->by_kind[i];
     printf("paths\n");
@@ -76,7 +77,7 @@ void keller_summary_print(const KellerSummary *s, const KellerConfig *config)
         if (i < 2 || s->by_kind[i] > 0) keller_row(names[i], "%llu", (unsigned long long)s->by_kind[i]);
     if (s->receiver_count > 0)
         printf("strongest path of the first receivers\n  %-18s %-14s %7s %10s %12s  %s\n", "receiver", "transmitter",
-               "paths", "gain/dB", "delay/ns", "sequence");
+               "paths", "gain/dB", sound ? "delay/ms" : "delay/ns", "sequence");
     for (size_t i = 0; i < s->receiver_count; ++i) {
         const KellerStrongest *best = &s->receivers[i];
         const KellerReceiver *receiver = &config->receivers[best->rx];
@@ -84,7 +85,7 @@ void keller_summary_print(const KellerSummary *s, const KellerConfig *config)
         char name[300];
         keller_receiver_name(set->id, set->kind, receiver->index, name, sizeof name);
         printf("  %-18s %-14s %7llu %10.2f %12.3f  %s\n", name, config->transmitters[best->tx].id,
-               (unsigned long long)best->paths, keller_decibel(best->gain), best->delay * 1e9, best->sequence);
+               (unsigned long long)best->paths, keller_decibel(best->gain), best->delay * (sound ? 1e3 : 1e9), best->sequence);
     }
     if (s->map_count > 0)
         printf("coverage at the first frequency\n  %-18s %-14s %9s %9s %10s %10s\n", "grid", "transmitter", "cells",

@@ -37,7 +37,10 @@ void keller_config_free(KellerConfig *config)
     free(config->antennas);
     for (size_t i = 0; i < config->array_count; i++) free(config->arrays[i]);
     free(config->arrays);
-    for (size_t i = 0; i < config->transmitter_count; i++) free(config->transmitters[i].id);
+    for (size_t i = 0; i < config->transmitter_count; i++) {
+        free(config->transmitters[i].id);
+        free(config->transmitters[i].level);
+    }
     free(config->transmitters);
     for (size_t i = 0; i < config->set_count; i++) {
         free(config->sets[i].id);
@@ -230,6 +233,10 @@ static KellerStatus read_solver(KellerConfigReader *reader, const xmlNode *root)
     if (status == KELLER_OK) status = keller_config_quantity(reader, node, "cone", "angle", &aperture, &config->cone);
     if (status == KELLER_OK)
         status = keller_config_count(reader, node, "threads", KELLER_MAX_THREADS, &config->threads);
+    static const char *const edges[] = {"utd", "btm", NULL};
+    place = 0;
+    if (status == KELLER_OK) status = keller_config_word(reader, node, "diffraction", edges, &place);
+    config->sound.edges = place ? KELLER_EDGES_BTM : KELLER_EDGES_UTD;
     return status;
 }
 
@@ -277,8 +284,10 @@ static KellerStatus read_document(KellerConfigReader *reader, xmlDocPtr doc, siz
     config->file = strdup(reader->file);
     if (!config->file) return keller_error_memory(reader->error, strlen(reader->file) + 1);
     status = read_scene(reader, root);
+    const char *domain = keller_config_attribute(root, "domain");
+    bool sound = domain && strcmp(domain, "acoustic") == 0;
     if (status == KELLER_OK) status = read_frequencies(reader, root);
-    if (status == KELLER_OK) status = read_medium(reader, root);
+    if (status == KELLER_OK) status = sound ? keller_config_read_sound(reader, root) : read_medium(reader, root);
     if (status == KELLER_OK) status = keller_config_read_materials(reader, root);
     if (status == KELLER_OK) status = read_paths(reader, root);
     if (status == KELLER_OK) status = read_solver(reader, root);

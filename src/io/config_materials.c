@@ -114,7 +114,8 @@ static KellerStatus read_material(const KellerConfigReader *reader, const xmlNod
 {
     static const KellerConfigRange roughness = {0, 1e3, "0 m to 1 km"};
     KellerStatus status = keller_config_name(reader, node, "name", &material->name);
-    if (status != KELLER_OK) return status;
+    if (status != KELLER_OK || reader->config->sound.speed > 0)
+        return status == KELLER_OK ? keller_config_read_surface(reader, node, material) : status;
     if (keller_config_child(node, "layer")) {
         status = read_layers(reader, node, material);
     } else {

@@ -22,6 +22,18 @@ typedef struct {
     size_t antenna_capacity, array_capacity, transmitter_capacity, set_capacity, receiver_capacity;
 } KellerConfigReader;
 
+/* ---- config_sound.c: what only domain "acoustic" has ---- */
+
+/* <bands>, <medium> and <response>. */
+KellerStatus keller_config_read_sound(KellerConfigReader *reader, const xmlNode *root);
+/* The surface of a <material>; its name has been read. */
+KellerStatus keller_config_read_surface(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material);
+/* <directivity> of a station; all around where there is none. */
+KellerStatus keller_config_read_directivity(const KellerConfigReader *reader, const xmlNode *node,
+                                            KellerDirectivity *directivity);
+/* <level> of a transmitter whose directivity has been read: its level at each frequency, and its power. */
+KellerStatus keller_config_read_level(const KellerConfigReader *reader, const xmlNode *node, KellerTransmitter *tx);
+
 /* ---- config_vars.c ---- */
 
 /* Replaces $NAME, ${NAME} and $$ in all attribute values and text of the document. */

@@ -1,4 +1,5 @@
 #include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,46 +10,68 @@
 #include "io/names.h"
 #include "io/xml.h"
 
+typedef enum { ANY, RADIO, SOUND } Domain;
+static const char *const domain_names[] = {[RADIO] = "rf", [SOUND] = "acoustic"};
+
 /* What an element may hold. Words end in ! (exactly one), ? (at most one), + (at least one) or * (any number). The same
  * grammar as data/keller.rng, for the sake of the messages; tests hold the two against each other. */
 typedef struct {
     const char *element, *attributes, *children;
     bool text;
+    Domain domain;                /* an element that differs between the domains has two rules */
 } Rule;
 
 #define STATION "antenna? orientation? velocity?"
+#define SOUND_STATION "directivity? orientation? velocity?"
 
 static const Rule rules[] = {
     {"simulation", "version! domain!",
      "scene! origin? frequency+ medium? material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
      "solver? "
      "output?",
-     false},
-    {"scene", "file! scale?", "", false},
-    {"origin", "lat! lon! height!", "", false},
-    {"frequency", "", "", true},
-    {"medium", "temperature? pressure? humidity? absorption? rain?", "", false},
-    {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness?", "layer*", false},
-    {"layer", "itu? permittivity? conductivity? thickness!", "", false},
-    {"default-material", "name!", "", false},
-    {"assign", "object! material!", "", false},
-    {"transmitter", "id!", "position? geodetic? " STATION " power?", false},
-    {"receiver", "id!", "position? geodetic? " STATION, false},
-    {"receivers", "id! file!", STATION, false},
-    {"grid", "id! z!", "from! to! step! " STATION, false},
-    {"position", "x! y! z!", "", false},
-    {"geodetic", "lat! lon! height!", "", false},
-    {"antenna", "pattern? polarization? file?", "element*", false},
-    {"element", "x? y? z? phase?", "", false},
-    {"orientation", "yaw? pitch? roll?", "", false},
-    {"velocity", "x? y? z?", "", false},
-    {"power", "", "", true},
-    {"from", "x! y!", "", false},
-    {"to", "x! y!", "", false},
-    {"step", "", "", true},
-    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range? wedge?", "", false},
-    {"solver", "accelerator? cone? threads?", "", false},
-    {"output", "paths? coverage? scene?", "", false},
+     false, RADIO},
+    {"simulation", "version! domain!",
+     "scene! origin? frequency* bands? medium? material* default-material? assign* transmitter+ receiver* receivers* grid* paths? "
+     "solver? response? "
+     "output?",
+     false, SOUND},
+    {"scene", "file! scale?", "", false, ANY},
+    {"origin", "lat! lon! height!", "", false, ANY},
+    {"frequency", "", "", true, ANY},
+    {"bands", "from! to! per-octave?", "", false, SOUND},
+    {"medium", "temperature? pressure? humidity? absorption? rain?", "", false, RADIO},
+    {"medium", "temperature? pressure? humidity? absorption? speed?", "", false, SOUND},
+    {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness?", "layer*", false, RADIO},
+    {"material", "name! absorption? impedance? rigid? scattering?", "", false, SOUND},
+    {"layer", "itu? permittivity? conductivity? thickness!", "", false, RADIO},
+    {"default-material", "name!", "", false, ANY},
+    {"assign", "object! material!", "", false, ANY},
+    {"transmitter", "id!", "position? geodetic? " STATION " power?", false, RADIO},
+    {"transmitter", "id!", "position? geodetic? " SOUND_STATION " level?", false, SOUND},
+    {"receiver", "id!", "position? geodetic? " STATION, false, RADIO},
+    {"receiver", "id!", "position? geodetic? " SOUND_STATION, false, SOUND},
+    {"receivers", "id! file!", STATION, false, RADIO},
+    {"receivers", "id! file!", SOUND_STATION, false, SOUND},
+    {"grid", "id! z!", "from! to! step! " STATION, false, RADIO},
+    {"grid", "id! z!", "from! to! step! " SOUND_STATION, false, SOUND},
+    {"position", "x! y! z!", "", false, ANY},
+    {"geodetic", "lat! lon! height!", "", false, ANY},
+    {"antenna", "pattern? polarization? file?", "element*", false, RADIO},
+    {"element", "x? y? z? phase?", "", false, RADIO},
+    {"directivity", "pattern? order?", "", false, SOUND},
+    {"level", "power? pressure?", "", false, SOUND},
+    {"orientation", "yaw? pitch? roll?", "", false, ANY},
+    {"velocity", "x? y? z?", "", false, ANY},
+    {"power", "", "", true, RADIO},
+    {"from", "x! y!", "", false, ANY},
+    {"to", "x! y!", "", false, ANY},
+    {"step", "", "", true, ANY},
+    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range? wedge?", "", false, RADIO},
+    {"paths", "reflections? diffractions? interactions? dynamic-range? wedge?", "", false, SOUND},
+    {"solver", "accelerator? cone? threads?", "", false, RADIO},
+    {"solver", "accelerator? cone? threads? diffraction?", "", false, SOUND},
+    {"response", "rate! duration! tail? volume?", "", false, SOUND},
+    {"output", "paths? coverage? scene?", "", false, ANY},
 };
 
 #define LONGEST_WORD 24
@@ -114,30 +137,45 @@ static const char *listed(const char *list, char text[256])
     return first ? "none" : text;
 }
 
-static const Rule *find_rule(const char *element)
+static const Rule *find_rule(const char *element, Domain domain)
 {
     for (size_t i = 0; i < sizeof rules / sizeof *rules; i++)
-        if (strcmp(rules[i].element, element) == 0) return &rules[i];
+        if (strcmp(rules[i].element, element) == 0 && (rules[i].domain == ANY || rules[i].domain == domain)) return &rules[i];
     return NULL;
+}
+
+enum { OTHER_BYTES = 64 };
+
+/* Words for a message where the other domain's rule for the element has what this one lacks; else nothing. */
+static const char *other_domain(const Rule *rule, bool attribute, const char *name, char text[OTHER_BYTES])
+{
+    Domain other = rule->domain == RADIO ? SOUND : RADIO;
+    const Rule *there = rule->domain == ANY ? NULL : find_rule(rule->element, other);
+    char mark;
+    text[0] = '\0';
+    if (there && find_word(attribute ? there->attributes : there->children, name, &mark) >= 0)
+        snprintf(text, OTHER_BYTES, "; it belongs to domain \"%s\"", domain_names[other]);
+    return text;
 }
 
 typedef struct {
     const char *file;
+    Domain domain;
     KellerError *error;
 } Check;
 
 static KellerStatus check_attributes(const Check *check, const xmlNode *node, const Rule *rule)
 {
-    char names[256], hint[KELLER_HINT_BYTES], word[LONGEST_WORD], mark;
+    char names[256], hint[KELLER_HINT_BYTES], other[OTHER_BYTES], word[LONGEST_WORD], mark;
     int line = keller_xml_line(node);
     for (const xmlAttr *a = node->properties; a; a = a->next) {
         const char *name = (const char *)a->name;
         if (!a->ns && find_word(rule->attributes, name, &mark) >= 0) continue;
         return keller_error(check->error, KELLER_BAD_INPUT,
-                            "%s:%d: <%s> has an unknown attribute \"%s%s%s\"; expected %s%s", check->file, line,
+                            "%s:%d: <%s> has an unknown attribute \"%s%s%s\"; expected %s%s%s", check->file, line,
                             rule->element, a->ns && a->ns->prefix ? (const char *)a->ns->prefix : "", a->ns ? ":" : "",
                             keller_quote(name).text, listed(rule->attributes, names),
-                            hint_for(rule->attributes, name, hint));
+                            hint_for(rule->attributes, name, hint), other_domain(rule, true, name, other));
     }
     for (const char *list = rule->attributes; next_word(&list, word, &mark);)
         if (mark == '!' && !xmlHasProp(node, (const xmlChar *)word))
@@ -149,13 +187,13 @@ static KellerStatus check_attributes(const Check *check, const xmlNode *node, co
 
 static bool only_blanks(const xmlChar *text) { return !text || text[strspn((const char *)text, " \t\r\n")] == '\0'; }
 
-#define MOST_CHILDREN 16
+#define MOST_CHILDREN 20
 
 /* One child of an element that follows `rule`; counts it. */
 static KellerStatus check_child(const Check *check, const Rule *rule, const xmlNode *child,
                                 unsigned seen[MOST_CHILDREN])
 {
-    char names[256], hint[KELLER_HINT_BYTES], mark = 0;
+    char names[256], hint[KELLER_HINT_BYTES], other[OTHER_BYTES], mark = 0;
     const char *name = (const char *)child->name;
     if (child->type == XML_TEXT_NODE || child->type == XML_CDATA_SECTION_NODE) {
         if (rule->text || only_blanks(child->content)) return KELLER_OK;
@@ -173,9 +211,9 @@ static KellerStatus check_child(const Check *check, const Rule *rule, const xmlN
                             check->file, line, keller_quote(name).text,
                             keller_quote((const char *)child->ns->href).text);
     if (place < 0)
-        return keller_error(check->error, KELLER_BAD_INPUT, "%s:%d: unknown element <%s> in <%s>; expected %s%s",
+        return keller_error(check->error, KELLER_BAD_INPUT, "%s:%d: unknown element <%s> in <%s>; expected %s%s%s",
                             check->file, line, keller_quote(name).text, rule->element, listed(rule->children, names),
-                            hint_for(rule->children, name, hint));
+                            hint_for(rule->children, name, hint), other_domain(rule, false, name, other));
     if (++seen[place] > 1 && (mark == '!' || mark == '?'))
         return keller_error(check->error, KELLER_BAD_INPUT, "%s:%d: a second <%s> in <%s>; expected at most one",
                             check->file, line, name, rule->element);
@@ -190,7 +228,7 @@ static KellerStatus check_element(const Check *check, const xmlNode *node, const
     for (const xmlNode *child = node->children; child; child = child->next) {
         status = check_child(check, rule, child, seen);
         if (status == KELLER_OK && child->type == XML_ELEMENT_NODE)
-            status = check_element(check, child, find_rule((const char *)child->name));
+            status = check_element(check, child, find_rule((const char *)child->name, check->domain));
         if (status != KELLER_OK) return status;
     }
     char word[LONGEST_WORD], mark;
@@ -212,7 +250,7 @@ static KellerStatus check_element(const Check *check, const xmlNode *node, const
 
 KellerStatus keller_config_check_structure(const char *file, xmlDocPtr doc, KellerError *error)
 {
-    Check check = {file, error};
+    Check check = {file, RADIO, error};
     xmlNode *root = xmlDocGetRootElement(doc);
     int line = keller_xml_line(root);
     if (root->ns || strcmp((const char *)root->name, "simulation") != 0)
@@ -224,13 +262,11 @@ KellerStatus keller_config_check_structure(const char *file, xmlDocPtr doc, Kell
     if (version && strcmp(version, "1") != 0)
         return keller_error(error, KELLER_BAD_INPUT, "%s:%d: version \"%s\" of <simulation> is unknown; expected \"1\"",
                             file, line, keller_quote(version).text);
-    if (domain && strcmp(domain, "acoustic") == 0)
+    if (domain && strcmp(domain, domain_names[SOUND]) == 0) check.domain = SOUND;
+    else if (domain && strcmp(domain, domain_names[RADIO]) != 0)
         return keller_error(error, KELLER_BAD_INPUT,
-                            "%s:%d: domain \"acoustic\" is not computed by this version of keller; expected \"rf\"",
-                            file, line);
-    if (domain && strcmp(domain, "rf") != 0)
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: domain \"%s\" of <simulation> is unknown; expected \"rf\"",
-                            file, line, keller_quote(domain).text);
+                            "%s:%d: domain \"%s\" of <simulation> is unknown; expected \"rf\" or \"acoustic\"", file, line,
+                            keller_quote(domain).text);
     unsigned long children = xmlChildElementCount(root);
     if (children > KELLER_MAX_ELEMENTS)
         return keller_error(
@@ -238,7 +274,7 @@ KellerStatus keller_config_check_structure(const char *file, xmlDocPtr doc, Kell
             "%s:%d: <simulation> holds %lu elements; expected at most %u (many receivers fit in a route file "
             "or a grid)",
             file, line, children, KELLER_MAX_ELEMENTS);
-    KellerStatus status = check_element(&check, root, &rules[0]);
+    KellerStatus status = check_element(&check, root, find_rule("simulation", check.domain));
     if (status != KELLER_OK) return status;
     if (!keller_config_child(root, "receiver") && !keller_config_child(root, "receivers") &&
         !keller_config_child(root, "grid"))
@@ -246,6 +282,12 @@ KellerStatus keller_config_check_structure(const char *file, xmlDocPtr doc, Kell
             error, KELLER_BAD_INPUT,
             "%s:%d: <simulation> has no receivers; expected at least one <receiver>, <receivers> or <grid>", file,
             line);
+    bool bands = keller_config_child(root, "bands");
+    if (check.domain == SOUND && bands == !!keller_config_child(root, "frequency"))
+        return keller_error(error, KELLER_BAD_INPUT,
+                            "%s:%d: <simulation> has %s; expected exactly one of <bands> and <frequency>, "
+                                                     "of which there may be more", file, line,
+                            bands ? "both <bands> and <frequency>" : "neither <bands> nor <frequency>");
     return KELLER_OK;
 }
 

@@ -112,6 +112,7 @@ static KellerStatus read_station(KellerConfigReader *reader, const xmlNode *node
     KellerStatus status = KELLER_OK;
     const xmlNode *child = keller_config_child(node, "antenna");
     if (child) status = read_antenna(reader, child, &station->antenna);
+    if (status == KELLER_OK) status = keller_config_read_directivity(reader, node, &station->directivity);
     child = keller_config_child(node, "orientation");
     if (child && status == KELLER_OK) status = read_three(reader, child, angles, "angle", &turn, station->orientation);
     child = keller_config_child(node, "velocity");
@@ -159,6 +160,7 @@ KellerStatus keller_config_read_transmitter(KellerConfigReader *reader, const xm
     const xmlNode *power = keller_config_child(node, "power");
     static const KellerConfigRange range = {0, 1e15, "a power from 0 W to 1e15 W"};
     if (power && status == KELLER_OK) status = keller_config_quantity(reader, power, NULL, "power", &range, &tx->power);
+    if (config->sound.speed > 0 && status == KELLER_OK) status = keller_config_read_level(reader, node, tx);
     return status;
 }
 

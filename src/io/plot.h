@@ -2,19 +2,21 @@
 #ifndef KELLER_IO_PLOT_H
 #define KELLER_IO_PLOT_H
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 #include "io/result_read.h"
 
-typedef enum { KELLER_PLOT_COVERAGE, KELLER_PLOT_DELAY, KELLER_PLOT_PATHS } KellerPlotKind;
+typedef enum { KELLER_PLOT_COVERAGE, KELLER_PLOT_DELAY, KELLER_PLOT_LEVEL, KELLER_PLOT_PATHS } KellerPlotKind;
 
 typedef struct {
     const char *file;           /* the result, for messages */
     KellerPlotKind kind;
     bool svg;                   /* else PNG */
     size_t tx;
+    bool all;                   /* LEVEL: the energies of all transmitters together; tx does not count */
     size_t set;                 /* the grid; for paths the receivers, SIZE_MAX: all */
     int64_t index;              /* for paths: one point of the set, -1: all */
-    size_t frequency;
+    size_t frequency;           /* LEVEL: SIZE_MAX for the A-weighted sum of all */
 } KellerPlot;
 
 /* Writes the whole script, data included. */

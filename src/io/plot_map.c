@@ -35,6 +35,32 @@ static KellerStatus grid_height(KellerReader *reader, size_t set, double *z, Kel
     return KELLER_OK;
 }
 
+/* Adds up the energies of the transmitters asked for; in dB. */
+static KellerStatus read_levels(KellerReader *reader, const KellerPlot *plot, Map *map, KellerError *error)
+{
+    const KellerResultInfo *info = keller_reader_info(reader);
+    size_t count = (size_t)map->ny * map->nx;
+    bool weighted = plot->frequency == SIZE_MAX;
+    char path[400];
+    snprintf(path, sizeof path, "/coverage/%s/%s", info->set_ids[plot->set], weighted ? "level_a" : "level");
+    if (!keller_reader_has(reader, path))
+        return keller_error(error, KELLER_BAD_INPUT, "%s: holds no sound levels; expected a run of domain acoustic",
+                            plot->file);
+    double *one = calloc(count + 1, sizeof *one);
+    if (!one) return keller_error_memory(error, count * sizeof *one);
+    KellerStatus status = KELLER_OK;
+    for (size_t tx = plot->all ? 0 : plot->tx; tx < (plot->all ? info->transmitter_count : plot->tx + 1) &&
+         status == KELLER_OK; ++tx) {
+        const uint64_t at[] = {tx, weighted ? 0 : plot->frequency, 0, 0}, box[] = {1, 1, map->ny, map->nx};
+        const uint64_t flat[] = {1, map->ny, map->nx};
+        status = weighted ? keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){tx, 0, 0}, flat, one, error)
+                          : keller_reader_box(reader, path, KELLER_CELL_F8, 4, at, box, one, error);
+        for (size_t i = 0; i < count && status == KELLER_OK; ++i) map->cells[i] += pow(10, one[i] / 10);
+    }
+    free(one);
+    return status;
+}
+
 static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *map, KellerError *error)
 {
     const KellerResultInfo *info = keller_reader_info(reader);
@@ -61,6 +87,8 @@ static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *
         snprintf(path, sizeof path, "/coverage/%s/path_gain", id);
         status = keller_reader_box(reader, path, KELLER_CELL_F8, 4, (uint64_t[]){plot->tx, plot->frequency, 0, 0},
                                    (uint64_t[]){1, 1, ny, nx}, map->cells, error);
+    } else if (status == KELLER_OK && plot->kind == KELLER_PLOT_LEVEL) {
+        status = read_levels(reader, plot, map, error);
     } else if (status == KELLER_OK) {
         snprintf(path, sizeof path, "/coverage/%s/strongest_delay", id);
         status = keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){plot->tx, 0, 0},
@@ -69,16 +97,16 @@ static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *
     return status == KELLER_OK ? grid_height(reader, plot->set, &map->z, error) : status;
 }
 
-/* Decibels or nanoseconds; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
-static bool convert(const KellerPlot *plot, Map *map, double *lowest, double *highest)
+/* Decibels or delays; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
+static bool convert(const KellerPlot *plot, double delay_unit, Map *map, double *lowest, double *highest)
 {
     size_t count = (size_t)map->ny * map->nx;
     *lowest = INFINITY;
     *highest = -INFINITY;
     for (size_t i = 0; i < count; ++i) {
         double value = map->cells[i];
-        if (plot->kind == KELLER_PLOT_COVERAGE) value = value > 0 ? 10 * log10(value) : NAN;
-        else value = value >= 0 ? value * 1e9 : NAN;
+        if (plot->kind != KELLER_PLOT_DELAY) value = value > 0 ? 10 * log10(value) : NAN;
+        else value = value >= 0 ? value / delay_unit : NAN;
         if (!isfinite(value)) value = NAN;
         map->cells[i] = value;
         if (value < *lowest) *lowest = value;
@@ -86,13 +114,13 @@ static bool convert(const KellerPlot *plot, Map *map, double *lowest, double *hi
     }
     bool any = *highest >= *lowest;
     if (!any) *lowest = *highest = 0;
-    if (plot->kind == KELLER_PLOT_COVERAGE) {
+    if (plot->kind != KELLER_PLOT_DELAY) {
         if (*lowest < *highest - shown_range) *lowest = *highest - shown_range;
         *lowest = 5 * floor(*lowest / 5);
         *highest = 5 * ceil(*highest / 5);
     }
     if (!(*highest > *lowest))
-        *highest = *lowest + (plot->kind == KELLER_PLOT_COVERAGE ? 5 : fmax(1, fabs(*lowest) * 1e-3));
+        *highest = *lowest + (plot->kind != KELLER_PLOT_DELAY ? 5 : fmax(1, fabs(*lowest) * 1e-3));
     return any;
 }
 
@@ -128,24 +156,32 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     KellerPlotBox box = {map.x[0] - step / 2, map.x[0] + (map.nx - 0.5) * step, map.y[0] - step / 2,
                          map.y[0] + (map.ny - 0.5) * step};
     double lowest, highest;
-    bool any = convert(plot, &map, &lowest, &highest);
+    bool sound = strcmp(info->domain, "acoustic") == 0, any = convert(plot, sound ? 1e-3 : 1e-9, &map, &lowest, &highest);
 
     char title[400], label[100];
     const char *tx = info->transmitter_ids[plot->tx], *grid = info->set_ids[plot->set];
     if (plot->kind == KELLER_PLOT_COVERAGE) {
-        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %.6g GHz%s", tx, grid, map.z,
-                 info->frequencies[plot->frequency] / 1e9, any ? "" : ": no path");
+        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %.6g %s%s", tx, grid, map.z,
+                 info->frequencies[plot->frequency] / (sound ? 1 : 1e9), sound ? "Hz" : "GHz", any ? "" : ": no path");
         snprintf(label, sizeof label, "path gain / dB");
+    } else if (plot->kind == KELLER_PLOT_LEVEL) {
+        char band[40] = "A-weighted";
+        if (plot->frequency != SIZE_MAX) snprintf(band, sizeof band, "%.6g Hz", info->frequencies[plot->frequency]);
+        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %s%s", plot->all &&
+                 info->transmitter_count > 1 ? "all" : tx, grid, map.z,
+                 band, any ? "" : ": no path");
+        snprintf(label, sizeof label, "level / dB re 20 uPa");
     } else {
         snprintf(title, sizeof title, "%.80s to %.80s (z = %g m)%s", tx, grid, map.z, any ? "" : ": no path");
-        snprintf(label, sizeof label, "delay of the strongest path / ns");
+        snprintf(label, sizeof label, "delay of the strongest path / %s", sound ? "ms" : "ns");
     }
     write_cells(&map, script);
     bool outline = false;
     status = keller_plot_outline(reader, plot->file, box, map.z, script, &outline, error);
     if (status == KELLER_OK) {
         keller_plot_frame(plot, box, title, NULL, label, lowest, highest, script);
-        keller_plot_mark(info->transmitter_positions[plot->tx], box, tx, false, script);
+        for (size_t i = plot->all ? 0 : plot->tx; i < (plot->all ? info->transmitter_count : plot->tx + 1); ++i)
+            keller_plot_mark(info->transmitter_positions[i], box, info->transmitter_ids[i], false, script);
         fputs("plot ", script);
         if (any)
             fprintf(script, "$map matrix using (%.17g + $1 * %.17g):(%.17g + $2 * %.17g):3 with image", map.x[0], step,

@@ -1,5 +1,6 @@
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include "io/path_rows.h"
 #include "io/plot.h"
 #include "io/result_tables.h"
@@ -93,8 +94,9 @@ static void write_titles(const Drawing *d, char title[400], char subtitle[100])
                              (KellerSetKind)info->set_kinds[info->receiver_sets[0]], info->receiver_indices[0], to,
                              sizeof to);
     if (plot->set != SIZE_MAX) snprintf(to, sizeof to, "%.80s%s", info->set_ids[plot->set], index);
-    snprintf(title, 400, "%.80s to %s, %.6g GHz", info->transmitter_ids[plot->tx], to,
-             info->frequencies[plot->frequency] / 1e9);
+    bool sound = strcmp(info->domain, "acoustic") == 0;
+    snprintf(title, 400, "%.80s to %s, %.6g %s", info->transmitter_ids[plot->tx], to,
+             info->frequencies[plot->frequency] / (sound ? 1 : 1e9), sound ? "Hz" : "GHz");
     snprintf(subtitle, 100, "%llu of %llu paths: %s within %g dB of the strongest", (unsigned long long)d->drawn,
              (unsigned long long)d->paths, d->drawn == MOST_PATHS ? "the first" : "those", shown_range);
 }

@@ -185,12 +185,32 @@ static KellerStatus read_counts(KellerReader *reader, KellerError *error)
     for (size_t i = 0; i < sizeof columns / sizeof *columns && s == KELLER_OK; ++i) {
         char path[40];
         uint64_t rows = 0;
+        if (strcmp(columns[i], "transfer") == 0 && strcmp(info->domain, "acoustic") == 0) continue;
         snprintf(path, sizeof path, "/paths/%s", columns[i]);
         s = row_count(reader, path, &rows, error);
         if (s == KELLER_OK && rows != info->paths + (strcmp(columns[i], "offset") == 0))
             s = keller_reader_bad(reader, error, path, "has another length than its neighbours");
     }
     return s;
+}
+
+/* /responses, where the run made any: rows that agree, samples that memory holds. */
+static KellerStatus read_responses(KellerReader *reader, KellerError *error)
+{
+    KellerResultInfo *info = &reader->info;
+    if (!keller_reader_hard_path(reader->file, "/responses/pressure")) return KELLER_OK;
+    KellerTable table;
+    KellerStatus status = keller_table_open(reader, "/responses/pressure", &table, error);
+    if (status != KELLER_OK) return status;
+    info->responses = table.dims[0];
+    info->response_samples = table.rank == 2 ? table.dims[1] : 0;
+    keller_table_close(&table);
+    uint64_t rows[2] = {0, 0};
+    status = row_count(reader, "/responses/tx", &rows[0], error);
+    if (status == KELLER_OK) status = row_count(reader, "/responses/rx", &rows[1], error);
+    if (status == KELLER_OK && (rows[0] != info->responses || rows[1] != info->responses))
+        status = keller_reader_bad(reader, error, "/responses", "has columns of different lengths");
+    return status;
 }
 
 /* A regular file that begins as HDF5 does; opening a pipe could wait for ever. */
@@ -242,7 +262,8 @@ static KellerStatus open_checked(KellerReader *reader, KellerError *error)
         if (!*texts[i].text) return keller_reader_bad(reader, error, texts[i].name, "is missing from the attributes");
     }
     KellerStatus status = read_stations(reader, error);
-    return status == KELLER_OK ? read_counts(reader, error) : status;
+    if (status == KELLER_OK) status = read_counts(reader, error);
+    return status == KELLER_OK ? read_responses(reader, error) : status;
 }
 
 KellerStatus keller_reader_open(const char *file, KellerReader **reader, KellerError *error)

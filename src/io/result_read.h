@@ -27,6 +27,7 @@ typedef struct {
     uint32_t (*set_shapes)[2];                  /* ny, nx */
     char **materials;
     uint64_t paths, interactions;
+    uint64_t responses, response_samples; /* rows of /responses and samples of each; zero where there are none */
     uint64_t vertices, triangles, wedges, objects; /* of /scene; zero where it was not stored */
 } KellerResultInfo;
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include "io/result_sound.h"
 #include "keller/wave.h"
 
 enum { BLOCK = 4096, NAME_SIZE = 300 };
@@ -39,7 +40,7 @@ static KellerStatus write_root(KellerHdf *hdf, const KellerConfig *config, const
     keller_hdf_attribute_u4(hdf, hdf->file, "format_version", KELLER_FORMAT_VERSION);
     keller_hdf_attribute_text(hdf, hdf->file, "program_version", KELLER_VERSION);
     keller_hdf_attribute_text(hdf, hdf->file, "created", created);
-    keller_hdf_attribute_text(hdf, hdf->file, "domain", "rf");
+    keller_hdf_attribute_text(hdf, hdf->file, "domain", config->sound.speed > 0 ? "acoustic" : "rf");
     keller_hdf_attribute_text(hdf, hdf->file, "config_sha256", config->sha256);
     keller_hdf_attribute_text(hdf, hdf->file, "command_line", command_line);
     const char *text = config->text;
@@ -262,10 +263,12 @@ KellerStatus keller_result_tables(KellerHdf *hdf, const KellerConfig *config, co
 {
     KellerStatus status = write_root(hdf, config, command_line, error);
     if (status != KELLER_OK) return status;
+    bool sound = config->sound.speed > 0;
     write_transmitters(hdf, config);
-    status = write_receivers(hdf, config, error);
+    if (sound) status = keller_result_sound(hdf, config, error);
+    if (status == KELLER_OK) status = write_receivers(hdf, config, error);
     if (status == KELLER_OK) status = write_sets(hdf, config, error);
-    if (status == KELLER_OK) status = write_materials(hdf, config, scene, error);
+    if (status == KELLER_OK) status = (sound ? keller_result_surfaces : write_materials)(hdf, config, scene, error);
     if (status != KELLER_OK) return status;
     write_scene(hdf, config, scene);
     keller_hdf_group(hdf, "/coverage");

@@ -6,6 +6,7 @@
 #include <string.h>
 #include "io/atomic.h"
 #include "io/hdf.h"
+#include "io/result_sound.h"
 #include "io/result_tables.h"
 #include "io/result_write.h"
 
@@ -13,7 +14,7 @@ enum { PATH_COLUMNS = 14, GRID_CHUNK = 256 };
 
 /* The maps of one grid; negative ids where the set is none. */
 typedef struct {
-    hid_t path_gain, delay_spread, strongest_delay;
+    hid_t path_gain, delay_spread, strongest_delay, level, level_a;
 } Maps;
 
 struct KellerResult {
@@ -22,6 +23,7 @@ struct KellerResult {
     const KellerConfig *config;
     uint64_t interactions;      /* written so far */
     Maps *maps;                 /* [set_count] */
+    KellerResponseColumns responses;
     union {
         struct {
             KellerColumn tx, rx, offset, length, delay, departure, arrival, doppler, gain, transfer;
@@ -35,6 +37,8 @@ KellerStatus keller_result_check_target(const char *file, bool force, KellerErro
 {
     return keller_atomic_check(file, force, error);
 }
+
+static bool is_sound(const KellerResult *r) { return r->config->sound.speed > 0; }
 
 const char *keller_result_temporary(const KellerResult *result) { return result->file.temporary; }
 
@@ -60,7 +64,8 @@ static void create_path_columns(KellerResult *r, hsize_t frequencies)
     keller_hdf_column(hdf, &r->arrival, "/paths/arrival", f8, f8_memory, 1, two, "rad");
     keller_hdf_column(hdf, &r->doppler, "/paths/doppler", f8, f8_memory, 1, per_frequency, "Hz");
     keller_hdf_column(hdf, &r->gain, "/paths/gain", hdf->complex_type, hdf->complex_type, 1, per_frequency, "1");
-    keller_hdf_column(hdf, &r->transfer, "/paths/transfer", hdf->complex_type, hdf->complex_type, 3, matrices, "1");
+    if (!is_sound(r)) keller_hdf_column(hdf, &r->transfer, "/paths/transfer", hdf->complex_type, hdf->complex_type, 3,
+                                        matrices, "1");
     keller_hdf_column(hdf, &r->kind, "/interactions/kind", hdf->interaction_type, hdf->interaction_type, 0, NULL, NULL);
     keller_hdf_column(hdf, &r->position, "/interactions/position", f8, f8_memory, 1, three, "m");
     keller_hdf_column(hdf, &r->triangle, "/interactions/triangle", u4, u4_memory, 0, NULL, NULL);
@@ -97,6 +102,12 @@ static KellerStatus create_maps(KellerResult *r, const KellerReceiverSet *set, M
     maps->delay_spread = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "s", some ? flat_chunk : NULL, true);
     snprintf(path, size, "/coverage/%s/strongest_delay", set->id);
     maps->strongest_delay = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "s", some ? flat_chunk : NULL, true);
+    if (is_sound(r)) {
+        snprintf(path, size, "/coverage/%s/level", set->id);
+        maps->level = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 4, dims, "dB", some ? chunk : NULL, true);
+        snprintf(path, size, "/coverage/%s/level_a", set->id);
+        maps->level_a = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "dB", some ? flat_chunk : NULL, true);
+    }
     free(axis);
     free(path);
     return KELLER_OK;
@@ -106,9 +117,11 @@ static KellerStatus create_maps(KellerResult *r, const KellerReceiverSet *set, M
 static void close_file(KellerResult *r)
 {
     for (size_t i = 0; i < PATH_COLUMNS; ++i) keller_column_close(&r->hdf, &r->all[i]);
+    keller_responses_close(&r->hdf, &r->responses);
     for (size_t s = 0; r->maps && s < r->config->set_count; ++s) {
-        const hid_t ids[] = {r->maps[s].path_gain, r->maps[s].delay_spread, r->maps[s].strongest_delay};
-        for (int i = 0; i < 3; ++i)
+        const Maps *m = &r->maps[s];
+        const hid_t ids[] = {m->path_gain, m->delay_spread, m->strongest_delay, m->level, m->level_a};
+        for (int i = 0; i < 5; ++i)
             if (ids[i] >= 0) H5Dclose(ids[i]);
     }
     keller_hdf_close(&r->hdf);
@@ -123,6 +136,7 @@ static KellerStatus fill(KellerResult *r, const KellerScene *scene, const char *
     KellerStatus status = keller_result_tables(&r->hdf, r->config, scene, command_line, error);
     if (status != KELLER_OK) return status;
     create_path_columns(r, r->config->frequency_count);
+    if (r->config->response_rate > 0) keller_responses_open(&r->hdf, &r->responses, r->config);
     for (size_t s = 0; s < r->config->set_count && r->config->output_coverage && status == KELLER_OK; ++s)
         if (r->config->sets[s].kind == KELLER_SET_GRID)
             status = create_maps(r, &r->config->sets[s], &r->maps[s], error);
@@ -141,7 +155,7 @@ KellerStatus keller_result_begin(const char *file, bool force, const KellerConfi
         free(maps);
         return keller_error_memory(error, sizeof *r + config->set_count * sizeof *maps);
     }
-    for (size_t s = 0; s < config->set_count; ++s) maps[s] = (Maps){-1, -1, -1};
+    for (size_t s = 0; s < config->set_count; ++s) maps[s] = (Maps){-1, -1, -1, -1, -1};
     for (size_t i = 0; i < PATH_COLUMNS; ++i) r->all[i].dataset = -1;
     r->hdf.file = -1;
     r->config = config;
@@ -194,7 +208,7 @@ KellerStatus keller_result_append(KellerResult *r, const KellerPathBatch *batch,
     keller_column_append(hdf, &r->arrival, batch->arrival, n);
     keller_column_append(hdf, &r->doppler, batch->doppler, n);
     keller_column_append(hdf, &r->gain, batch->gain, n);
-    keller_column_append(hdf, &r->transfer, batch->transfer, n);
+    if (!is_sound(r)) keller_column_append(hdf, &r->transfer, batch->transfer, n);
     keller_column_append(hdf, &r->kind, batch->interaction_kind, m);
     keller_column_append(hdf, &r->position, batch->interaction_position, m);
     keller_column_append(hdf, &r->triangle, batch->interaction_triangle, m);
@@ -216,8 +230,19 @@ KellerStatus keller_result_coverage(KellerResult *r, const KellerCoverage *c, Ke
     keller_hdf_write(&r->hdf, maps->path_gain, H5T_NATIVE_DOUBLE, 4, start, count, c->path_gain);
     keller_hdf_write(&r->hdf, maps->delay_spread, H5T_NATIVE_DOUBLE, 3, start, flat, c->delay_spread);
     keller_hdf_write(&r->hdf, maps->strongest_delay, H5T_NATIVE_DOUBLE, 3, start, flat, c->strongest_delay);
+    if (maps->level >= 0) keller_hdf_write(&r->hdf, maps->level, H5T_NATIVE_DOUBLE, 4, start, count, c->level);
+    if (maps->level_a >= 0) keller_hdf_write(&r->hdf, maps->level_a, H5T_NATIVE_DOUBLE, 3, start, flat, c->level_a);
     keller_hdf_loud(quiet);
     return r->hdf.failed ? write_error(r, error) : KELLER_OK;
+}
+
+KellerStatus keller_result_response(KellerResult *r, const KellerResponse *response, KellerError *error)
+{
+    assert(r->responses.open);
+    KellerHdfQuiet quiet = keller_hdf_quiet();
+    KellerStatus status = keller_responses_append(&r->hdf, &r->responses, response, error);
+    keller_hdf_loud(quiet);
+    return status == KELLER_OK && r->hdf.failed ? write_error(r, error) : status;
 }
 
 static KellerStatus statistic(KellerResult *r, const char *name, hid_t type, hid_t memory, const char *unit,

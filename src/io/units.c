@@ -78,6 +78,10 @@ static const Kind kinds[] = {
      {{"Pa", 1, 1, false}, {"hPa", 1e2, 1, false}, {"kPa", 1e3, 1, false}}},
     {"share", "a percentage, such as \"50 %\" (%)", {{"%", 1, 1e2, false}}},
     {"rain", "a rain rate with its unit, such as \"25 mm/h\" (mm/h)", {{"mm/h", 1, 3.6e6, false}}},
+    {"time",
+     "a time with its unit, such as \"1.5 s\" (s, ms)",
+     {{"s", 1, 1, false}, {"ms", 1, 1e3, false}}},
+    {"volume", "a volume with its unit, such as \"120 m3\" (m3)", {{"m3", 1, 1, false}}},
     {"ratio", "a ratio in decibels, such as \"150 dB\" (dB)", {{"dB", 1, 1, false}}},
 };
 

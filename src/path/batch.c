@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "keller/sound.h"
+#include "path/field.h"
 
-static double delay_of(double length) { return length / KELLER_LIGHT_SPEED; }
+static bool is_sound(const FieldContext *c) { return c->scene->sound.speed > 0; }
 
 static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
 
@@ -17,15 +19,26 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
     if (n == 0) return true;
     path_list_sort(&pair->paths);
     pair->gain = malloc(n * F * sizeof *pair->gain);
-    pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
+    if (!is_sound(c)) pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
     double *strongest = calloc(F, sizeof *strongest);
-    if (!pair->gain || !pair->transfer || !strongest) {
+    if (!pair->gain || (!is_sound(c) && !pair->transfer) || !strongest) {
         free(strongest);
         return false;
     }
     for (size_t i = 0; i < n; i++) {
         KellerPath p;
         path_list_get(&pair->paths, i, &p);
+        if (is_sound(c)) {
+            double directed = keller_directivity(&t->directivity, t->orientation, p.leg[0]) *
+                              keller_directivity(&r->directivity, r->orientation, v3_scale(p.leg[p.count], -1));
+            for (size_t f = 0; f < F; f++) {
+                double complex g = directed * path_pressure(c->scene, &p, t->position, c->config->frequencies[f],
+                                                            c->media + f * c->scene->material_count);
+                pair->gain[i * F + f] = g;
+                strongest[f] = greater(strongest[f], power(g));
+            }
+            continue;
+        }
         double complex ft[2], fr[2];
         keller_antenna_field(&t->antenna, t->orientation, p.leg[0], &ft[0], &ft[1]);
         keller_antenna_field(&r->antenna, r->orientation, v3_scale(p.leg[p.count], -1), &fr[0], &fr[1]);
@@ -51,7 +64,8 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         if (kept != i) {
             pair->paths.items[kept] = pair->paths.items[i];
             memcpy(&pair->gain[kept * F], &pair->gain[i * F], F * sizeof *pair->gain);
-            memcpy(&pair->transfer[kept * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *pair->transfer);
+            if (pair->transfer) memcpy(&pair->transfer[kept * F * 4], &pair->transfer[i * F * 4],
+                                       F * 4 * sizeof *pair->transfer);
         }
         kept++;
     }
@@ -79,7 +93,7 @@ static bool grow(void *column, size_t count, size_t size)
     return true;
 }
 
-static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_t F)
+static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_t F, bool transfers)
 {
     if (paths > b->capacity) {
         size_t n = paths + b->capacity;
@@ -87,7 +101,7 @@ static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_
             !grow(&b->offset, n + 1, sizeof *b->offset) || !grow(&b->length, n, sizeof *b->length) ||
             !grow(&b->delay, n, sizeof *b->delay) || !grow(&b->departure, n, sizeof *b->departure) ||
             !grow(&b->arrival, n, sizeof *b->arrival) || !grow(&b->doppler, n * F, sizeof *b->doppler) ||
-            !grow(&b->gain, n * F, sizeof *b->gain) || !grow(&b->transfer, 4 * n * F, sizeof *b->transfer))
+            !grow(&b->gain, n * F, sizeof *b->gain) || (transfers && !grow(&b->transfer, 4 * n * F, sizeof *b->transfer)))
             return false;
         b->capacity = n;
         b->offset[b->count] = b->interaction_count;
@@ -111,7 +125,8 @@ bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32
     for (size_t i = 0; i < pair->paths.count; i++) interactions += pair->paths.items[i].count;
     b->frequency_count = F;
     if (pair->paths.count == 0) return true;
-    if (!reserve(b, b->count + pair->paths.count, interactions, F)) return false;
+    if (!reserve(b, b->count + pair->paths.count, interactions, F, pair->transfer)) return false;
+    double speed = path_wave_speed(c->scene);
     for (size_t i = 0; i < pair->paths.count; i++) {
         KellerPath path, *p = &path;
         path_list_get(&pair->paths, i, p);
@@ -120,14 +135,14 @@ bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32
         b->tx[at] = tx;
         b->rx[at] = rx;
         b->length[at] = p->length;
-        b->delay[at] = delay_of(p->length);
+        b->delay[at] = p->length / speed;
         keller_angles(p->leg[0], &b->departure[at][0], &b->departure[at][1]);
         keller_angles(back, &b->arrival[at][0], &b->arrival[at][1]);
         /* approaching ends shorten the path: positive shift */
-        double closing = (v3_dot(t->velocity, p->leg[0]) + v3_dot(r->velocity, back)) / KELLER_LIGHT_SPEED;
+        double closing = (v3_dot(t->velocity, p->leg[0]) + v3_dot(r->velocity, back)) / speed;
         for (size_t f = 0; f < F; f++) b->doppler[at * F + f] = closing * c->config->frequencies[f];
         memcpy(&b->gain[at * F], &pair->gain[i * F], F * sizeof *b->gain);
-        memcpy(&b->transfer[at * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *b->transfer);
+        if (pair->transfer) memcpy(&b->transfer[at * F * 4], &pair->transfer[i * F * 4], F * 4 * sizeof *b->transfer);
         for (uint32_t j = 0; j < p->count; j++) {
             size_t k = b->interaction_count++;
             bool diffraction = p->step[j].kind == KELLER_DIFFRACTION;
@@ -188,10 +203,12 @@ void coverage_free(KellerCoverage *c)
     free(c->path_gain);
     free(c->delay_spread);
     free(c->strongest_delay);
+    free(c->level);
+    free(c->level_a);
     memset(c, 0, sizeof *c);
 }
 
-void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
+void coverage_cell(KellerCoverage *c, size_t cell, double speed, const PairResult *pair)
 {
     size_t n = pair->paths.count, F = c->frequency_count, cells = (size_t)c->ny * c->nx;
     if (n == 0) return;
@@ -202,7 +219,7 @@ void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
     }
     double total = 0, mean = 0, spread = 0, most = -1, at = 0;
     for (size_t i = 0; i < n; i++) {
-        double p = power(pair->gain[i * F]), delay = delay_of(pair->paths.items[i].length);
+        double p = power(pair->gain[i * F]), delay = pair->paths.items[i].length / speed;
         total += p;
         mean += p * delay;
         if (p > most) most = p, at = delay;
@@ -210,7 +227,7 @@ void coverage_cell(KellerCoverage *c, size_t cell, const PairResult *pair)
     if (!(total > 0)) return;
     mean /= total;
     for (size_t i = 0; i < n; i++) {
-        double d = delay_of(pair->paths.items[i].length) - mean;
+        double d = pair->paths.items[i].length / speed - mean;
         spread += power(pair->gain[i * F]) * d * d;
     }
     c->strongest_delay[cell] = at;

@@ -7,7 +7,7 @@
 typedef struct {
     PathList paths;
     double complex *gain;       /* [count][F] */
-    double complex *transfer;   /* [count][F][4] */
+    double complex *transfer;   /* [count][F][4]; NULL for sound */
 } PairResult;
 
 typedef struct {
@@ -24,8 +24,8 @@ bool batch_append(KellerPathBatch *batch, const FieldContext *context, uint32_t 
 void batch_clear(KellerPathBatch *batch);
 void batch_free(KellerPathBatch *batch);
 
-/* Writes one cell of the maps. */
-void coverage_cell(KellerCoverage *coverage, size_t cell, const PairResult *pair);
+/* Writes one cell of the maps; speed of the waves in m/s. */
+void coverage_cell(KellerCoverage *coverage, size_t cell, double speed, const PairResult *pair);
 bool coverage_init(KellerCoverage *coverage, uint32_t tx, uint32_t set, uint32_t ny, uint32_t nx, size_t frequency_count);
 void coverage_free(KellerCoverage *coverage);
 #endif

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "path/cascade.h"
+#include "path/field.h"
 
 KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count, const double *frequencies,
                                 KellerMedium **media, KellerError *error)
@@ -20,7 +21,9 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
     KellerStatus status = KELLER_OK;
     for (size_t f = 0; f < frequency_count && status == KELLER_OK; f++)
         for (size_t m = 0; m < scene->material_count && status == KELLER_OK; m++)
-            if (used[m])
+            if (used[m] && keller_material_of_sound(scene->materials[m].kind) != (scene->sound.speed > 0))
+                status = path_other_domain(&scene->materials[m], scene->sound.speed > 0, error);
+            else if (used[m])
                 status = keller_medium(&scene->materials[m], frequencies[f], *media + f * scene->material_count + m, error);
     free(used);
     if (status != KELLER_OK) {

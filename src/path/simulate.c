@@ -6,7 +6,11 @@
 #include <string.h>
 
 #include "path/batch.h"
+#include "path/edge_ends.h"
+#include "path/field.h"
 #include "path/join.h"
+#include "path/level.h"
+#include "path/response.h"
 #include "base/number.h"
 
 enum {
@@ -35,6 +39,7 @@ typedef struct {
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
+    ResponsePlan *responses;    /* NULL: none are asked for */
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
 
@@ -58,6 +63,7 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
                             "%s:%d: up to %u reflections and diffractions on one path are too many; expected at most %d, or "
                             "interactions=\"...\" to bound them",
                             file, line, bends, KELLER_MAX_BENDS);
+    if (scene->sound.speed > 0 && path_sound_check(config, scene, error) != KELLER_OK) return KELLER_BAD_INPUT;
     for (size_t f = 0; f < config->frequency_count; f++) {
         KellerMedium *media;
         KellerError inner;
@@ -110,7 +116,12 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
                        hull_count, hull, lists, &join_work, error);
     ends_free(&backward);
+    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
     for (uint32_t i = 0; i < unit->count; i++) {
+        if (status == KELLER_OK && ends &&
+            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i],
+                           &join_work.accel))
+            status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;
@@ -136,6 +147,17 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
     to->dropped_paths += from->dropped_paths;
     to->seconds_search += from->seconds_search;
     to->seconds_solve += from->seconds_solve;
+}
+
+static KellerStatus hand_response(Simulation *s, uint32_t rx, const PairResult *pair, KellerError *error)
+{
+    KellerResponse response;
+    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, &response, error);
+    if (status != KELLER_OK) return status;
+    status = s->sink->response(s->sink->context, &response, error);
+    free(response.pressure);
+    free(response.tail);
+    return status;
 }
 
 static KellerStatus flush(Simulation *s, bool all, KellerError *error)
@@ -187,12 +209,17 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
         add_work(s->work, &work);
     }
     for (uint32_t i = 0; i < count; i++) {
-        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, &results[i]);
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
+                                                           &results[i]);
+        if (status == KELLER_OK && coverage && coverage->level)
+            level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
             if (status == KELLER_OK) status = flush(s, false, error);
         }
+        if (status == KELLER_OK && s->responses && set->kind != KELLER_SET_GRID)
+            status = hand_response(s, first + i, &results[i], error);
         pair_free(&results[i]);
     }
     free(results);
@@ -208,7 +235,10 @@ static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *err
     bool maps = s->sink->coverage && s->config->output_coverage;
     KellerCoverage coverage = {0};
     Unit *units = malloc(patches * sizeof *units);
-    if (!units || (maps && !coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count))) {
+    bool room = !maps || coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count);
+    if (room && maps && s->scene->sound.speed > 0) room = level_init(&coverage);
+    if (!units || !room) {
+        coverage_free(&coverage);
         free(units);
         return keller_error(error, KELLER_FAILED, "out of memory for a grid of %u x %u cells", set->ny, set->nx);
     }
@@ -376,9 +406,14 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
+    if (sink->response && scene->sound.speed > 0 && config->response_rate > 0) {
+        s.responses = response_plan(config, scene, error);
+        if (!s.responses) status = KELLER_FAILED;
+    }
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
+    response_plan_free(s.responses);
     batch_free(&s.batch);
     free(boxes);
     free(media);

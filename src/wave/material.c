@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "base/embedded.h"
+#include "keller/sound.h"
 #include "keller/wave.h"
 
 /* One row of the table: eps' = a f^b, sigma = c f^d, f in GHz (P.2040-4 eqs. for table 3). */
@@ -162,6 +163,11 @@ KellerStatus keller_medium(const KellerMaterial *material, double frequency, Kel
             status = permittivity_of(name, &material->layers[i], frequency, &medium->layers[i].eta, error);
         }
         return status;
+    case KELLER_MATERIAL_RIGID:
+    case KELLER_MATERIAL_ABSORPTION:
+    case KELLER_MATERIAL_IMPEDANCE:
+        keller_sound_medium(material, frequency, medium);
+        return KELLER_OK;
     case KELLER_MATERIAL_NAMED:
         break;
     }

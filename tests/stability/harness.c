@@ -58,7 +58,8 @@ static KellerStatus keep_paths(void *context, const KellerPathBatch *batch, Kell
         memcpy(p->arrival, batch->arrival[i], sizeof p->arrival);
         for (size_t f = 0; f < batch->frequency_count; f++) {
             p->gain[f] = batch->gain[i * batch->frequency_count + f];
-            memcpy(p->transfer[f], &batch->transfer[4 * (i * batch->frequency_count + f)], sizeof p->transfer[f]);
+            if (batch->transfer) memcpy(p->transfer[f], &batch->transfer[4 * (i * batch->frequency_count + f)],
+                                        sizeof p->transfer[f]);
         }
         uint64_t begin = batch->offset[i], end = batch->offset[i + 1];
         p->count = (uint32_t)(end - begin);
@@ -108,7 +109,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     config.transmitter_count = run->tx_count;
     config.transmitters = zeroed(run->tx_count, sizeof *config.transmitters);
     for (size_t i = 0; i < run->tx_count; i++)
-        config.transmitters[i] = (KellerTransmitter){id, {.position = run->tx[i], .antenna = run->antenna}, 1e-3};
+        config.transmitters[i] = (KellerTransmitter){
+            .id = id, .station = {.position = run->tx[i], .antenna = run->antenna}, .power = 1e-3};
     bool grid = run->grid_step > 0;
     config.set_count = grid ? 1 : run->rx_count;
     config.sets = zeroed(config.set_count, sizeof *config.sets);

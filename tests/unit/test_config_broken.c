@@ -63,7 +63,7 @@ static const Broken broken[] = {
     /* structure */
     {2, "<simulation version=\"1\"", "<simulation", "no attribute \"version\"", NULL, true},
     {2, "version=\"1\"", "version=\"2\"", "version \"2\"", "expected \"1\"", true},
-    {2, "domain=\"rf\"", "domain=\"acoustic\"", "not computed by this version", "\"rf\"", true},
+    {6, "domain=\"rf\"", "domain=\"acoustic\"", "unknown attribute \"itu\"", "it belongs to domain \"rf\"", true},
     {2, "domain=\"rf\"", "domain=\"optics\"", "domain \"optics\"", "\"rf\"", true},
     {2, "domain=\"rf\"", "domain=\"rf\" xmlns=\"http://example.org/\"", "without a namespace", NULL, true},
     {3, "<scene", "<scenery file='a.obj'/><scene", "unknown element <scenery> in <simulation>",
