@@ -135,8 +135,8 @@ void keller_accel_cones_nearest(const KellerAccel *accel, size_t count, const Ke
 /* Is the cone wholly blocked within `clip`, so that no ray of it passes? Never true where one does. Then triangles[0 ..
  * *count), at most `most` of them, are triangles of a surface that blocks it, nearest first by range. The surface is followed
  * from triangle to triangle over the edges that the cone meets, and blocks if it has no free edge inside the cone and the
- * axis passes it an odd number of times. Vertices must be shared (welded) for edges to be; false where more than `most`
- * triangles would be needed. */
+ * axis passes it an odd number of times. Vertices must be shared (welded) for edges to be. False, too, where the connected
+ * surface inside the cone has more than `most` triangles, or the cone meets more than 4 most + 64, and without memory. */
 bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, size_t most,
                                uint32_t *triangles, size_t *count, KellerAccelWork *work);
 #endif

@@ -131,6 +131,11 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerErr
     KellerStatus status = attach(a, &attached, error);
     if (status != KELLER_OK) return status;
     uint32_t count = a->input.triangle_count + attached.alone;
+    if (count < attached.alone) { /* more than 2^32; builders refuse far fewer */
+        attached_free(&attached);
+        return keller_error(error, KELLER_FAILED, "%u triangles and %u edges are too many for one accelerator",
+                            a->input.triangle_count, attached.alone);
+    }
     Parts parts = {a, attached.edges + attached.begin[a->input.triangle_count]};
     Leaves leaves = {0};
     AccelBox *boxes = malloc(((size_t)count + 1) * sizeof *boxes);

@@ -28,14 +28,18 @@ static void fill(Table *t, uint32_t count, const uint32_t (*edges)[2])
     }
 }
 
-/* Takes the edges from a to b out of the table. */
+/* Takes edges from a to b out of the table: all of them but where there are very many, as they are copied along with the triangle. */
+enum { TAKE_MOST = 4 };
+
 static void take(Table *t, const uint32_t (*edges)[2], uint32_t a, uint32_t b, uint32_t triangle, uint32_t *owner)
 {
-    for (uint32_t *link = &t->slot[hash(a, b) & t->mask]; *link != NONE;) {
+    int taken = 0;
+    for (uint32_t *link = &t->slot[hash(a, b) & t->mask]; *link != NONE && taken < TAKE_MOST;) {
         const uint32_t *e = edges[*link];
         if ((e[0] == a && e[1] == b) || (e[0] == b && e[1] == a)) {
             owner[*link] = triangle;
             *link = t->next[*link];
+            taken++;
         } else {
             link = &t->next[*link];
         }

@@ -66,10 +66,13 @@ KellerStatus leaf_blocks(KellerAccel *a, const Leaves *leaves, const Attached *a
     a->edge_begin = malloc(bytes);
     if (!a->edge_begin) return keller_error_memory(error, bytes);
     a->edge_begin[0] = 0;
+    uint64_t blocks = 0;
     for (uint32_t b = 0; b < n; b++) {
         uint32_t count = 0;
         for (uint32_t i = leaves->begin[b]; i < leaves->begin[b + 1]; i++) count += edges_with(a, attached, leaves->refs[i], &edges);
-        a->edge_begin[b + 1] = a->edge_begin[b] + (count + 7) / 8;
+        blocks += (count + 7) / 8;
+        if (blocks > UINT32_MAX) return keller_error(error, KELLER_FAILED, "edges are copied to more leaves than can be counted");
+        a->edge_begin[b + 1] = (uint32_t)blocks;
     }
     if (a->input.triangle_count) a->triangles = aligned(n * sizeof *a->triangles, &bytes);
     a->edges = aligned(a->edge_begin[n] * sizeof *a->edges, &bytes);

@@ -16,18 +16,29 @@ typedef struct {
     bool taken;
 } Candidate;
 
+/* A side of a candidate, its vertices in ascending order. */
+typedef struct {
+    uint32_t vertex[2];
+    uint32_t candidate;
+} Side;
+
 typedef struct {
     Candidate *list;
-    size_t count, most;
-    bool overflow;
+    size_t count, room, most;
+    bool overflow;                  /* more than `most`, or than memory has room for */
+    Side *sides;                    /* [3 count], sorted by vertices */
 } Candidates;
 
 static double collect(void *context, uint32_t triangle, KellerRange range)
 {
     Candidates *c = context;
-    if (c->count == c->most) {
-        c->overflow = true;
-        return -INFINITY;
+    if (c->count == c->room) {
+        size_t room = 2 * c->room + 64 < c->most ? 2 * c->room + 64 : c->most;
+        Candidate *grown = c->count < c->most ? realloc(c->list, room * sizeof *grown) : NULL;
+        c->overflow = !grown;
+        if (!grown) return -INFINITY;
+        c->list = grown;
+        c->room = room;
     }
     c->list[c->count++] = (Candidate){triangle, range, false};
     return INFINITY;
@@ -40,18 +51,41 @@ static int by_range(const void *a, const void *b)
     return (p->triangle > q->triangle) - (p->triangle < q->triangle);
 }
 
-/* The other candidate on the edge between two vertices; -1 unless there is exactly one. */
-static int neighbour(const KellerAccel *a, const Candidates *c, size_t self, uint32_t u, uint32_t v)
+static int by_vertices(const void *a, const void *b)
 {
-    int found = -1;
-    for (size_t i = 0; i < c->count; i++) {
-        if (i == self) continue;
-        const uint32_t *t = a->input.triangles[c->list[i].triangle];
-        int shared = 0;
-        for (int j = 0; j < 3; j++) shared += t[j] == u || t[j] == v;
-        if (shared < 2) continue;
-        if (found >= 0) return -1;
-        found = (int)i;
+    const Side *p = a, *q = b;
+    if (p->vertex[0] != q->vertex[0]) return p->vertex[0] < q->vertex[0] ? -1 : 1;
+    return (p->vertex[1] > q->vertex[1]) - (p->vertex[1] < q->vertex[1]);
+}
+
+static Side side_of(uint32_t u, uint32_t v, size_t candidate)
+{
+    return (Side){{u < v ? u : v, u < v ? v : u}, (uint32_t)candidate};
+}
+
+static bool list_sides(const KellerAccel *a, Candidates *c)
+{
+    c->sides = malloc((3 * c->count + 1) * sizeof *c->sides);
+    if (!c->sides) return false;
+    for (size_t i = 0; i < c->count; i++)
+        for (size_t j = 0; j < 3; j++) {
+            const uint32_t *t = a->input.triangles[c->list[i].triangle];
+            c->sides[3 * i + j] = side_of(t[j], t[(j + 1) % 3], i);
+        }
+    qsort(c->sides, 3 * c->count, sizeof *c->sides, by_vertices);
+    return true;
+}
+
+/* The other candidate on the edge between two vertices; -1 unless there is exactly one. */
+static int64_t neighbour(const Candidates *c, size_t self, uint32_t u, uint32_t v)
+{
+    const Side wanted = side_of(u, v, self), *end = c->sides + 3 * c->count;
+    const Side *side = bsearch(&wanted, c->sides, 3 * c->count, sizeof *c->sides, by_vertices);
+    while (side > c->sides && by_vertices(side - 1, &wanted) == 0) side--;
+    int64_t found = -1;
+    for (int on = 0; side < end && by_vertices(side, &wanted) == 0; side++) {
+        if (++on > 2) return -1; /* two of one degenerate triangle too */
+        if (side->candidate != self) found = side->candidate;
     }
     return found;
 }
@@ -76,7 +110,7 @@ static bool follow(const KellerAccel *a, const KellerCone *cone, KellerRange cli
                 continue;
             }
             if (!keller_cone_meets_edge(cone, a->input.vertices[u], a->input.vertices[v], (KellerRange){0, INFINITY})) continue;
-            int other = neighbour(a, c, stack[next], u, v);
+            int64_t other = neighbour(c, stack[next], u, v);
             if (other < 0) {
                 closed = false;
             } else if (!c->list[other].taken) {
@@ -104,6 +138,12 @@ static bool odd(const KellerAccel *a, const KellerCone *cone, const Candidates *
     return hits % 2 == 1;
 }
 
+static int by_number(const void *a, const void *b)
+{
+    const size_t *p = a, *q = b;
+    return (*p > *q) - (*p < *q);
+}
+
 bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, size_t most,
                                uint32_t *triangles, size_t *count, KellerAccelWork *work)
 {
@@ -117,28 +157,20 @@ bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone,
     clip = (KellerRange){greater(cone->z_near, clip.near), lesser(cone->z_far, clip.far)};
     enum { SPARE = 64 };
     Candidates c = {.most = 4 * most + SPARE};
-    c.list = malloc(c.most * (sizeof *c.list + sizeof(size_t)));
-    if (!c.list) return false;
-    size_t *stack = (size_t *)(void *)(c.list + c.most), taken = 0;
     keller_accel_cone(accel, &whole, (KellerRange){0, clip.far}, collect, NULL, &c, work);
+    qsort(c.list, c.count, sizeof *c.list, by_range);
+    size_t *stack = malloc((c.count + 1) * sizeof *stack), taken = 0;
     bool blocked = false;
-    if (!c.overflow) {
-        qsort(c.list, c.count, sizeof *c.list, by_range);
-        for (size_t i = 0; i < c.count && !blocked; i++) {
-            if (c.list[i].taken) continue;
-            blocked = follow(accel, &whole, clip, &c, i, most, stack, &taken) && odd(accel, cone, &c, stack, taken);
-        }
-    }
-    for (; blocked && *count < taken; ++*count) triangles[*count] = (uint32_t)stack[*count];
-    if (blocked) { /* candidates are in the order of their ranges */
-        for (size_t i = 1; i < taken; i++)
-            for (size_t j = i; j > 0 && triangles[j - 1] > triangles[j]; j--) {
-                uint32_t t = triangles[j];
-                triangles[j] = triangles[j - 1];
-                triangles[j - 1] = t;
-            }
-        for (size_t i = 0; i < taken; i++) triangles[i] = c.list[triangles[i]].triangle;
+    if (!c.overflow && stack && list_sides(accel, &c))
+        for (size_t i = 0; i < c.count && !blocked; i++)
+            if (!c.list[i].taken)
+                blocked = follow(accel, &whole, clip, &c, i, most, stack, &taken) && odd(accel, cone, &c, stack, taken);
+    if (blocked) {
+        qsort(stack, taken, sizeof *stack, by_number); /* candidates are in the order of their ranges */
+        for (; *count < taken; ++*count) triangles[*count] = c.list[stack[*count]].triangle;
     }
     free(c.list);
+    free(c.sides);
+    free(stack);
     return blocked;
 }

@@ -137,8 +137,20 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     if (!job->on_leg) b--; /* the common step */
     for (uint32_t i = 0; i < a; i++) step_of(codes[i], &steps[i]);
     for (uint32_t i = 0; i < b; i++) step_of(tail[b - 1 - i], &steps[a + i]);
-    for (uint32_t r = 0; r < job->receivers; r++)
-        if (!solve_sequence(job->limits, job->tx, job->rx[r], a + b, steps, &lists[r], work)) return false;
+    Sieve sieve;
+    bool useful;
+    double lit[2];
+    if (!job->on_leg && code_is_wedge(codes[a - 1])) {
+        const Arrival *there = &job->forward.ends->arrival[forward], *back = &job->backward.ends->arrival[backward];
+        lit[0] = greater(there->lit[0], back->lit[0]);
+        lit[1] = lesser(there->lit[1], back->lit[1]);
+    }
+    bool at_edge = !job->on_leg && code_is_wedge(codes[a - 1]);
+    if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, at_edge ? lit : NULL, &useful)) return true;
+    for (uint32_t r = 0; r < job->receivers; r++) {
+        if (useful && !sieve_passes(&sieve, job->rx[r])) work->candidates++;
+        else if (!solve_sequence(job->limits, job->tx, job->rx[r], a + b, steps, &lists[r], work)) return false;
+    }
     return true;
 }
 

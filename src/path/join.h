@@ -4,6 +4,7 @@
 #ifndef KELLER_PATH_JOIN_H
 #define KELLER_PATH_JOIN_H
 #include "path/plan.h"
+#include "path/sieve.h"
 
 /* How a wave from the end of a search arrives at the last wedge of a sequence, conservatively. */
 typedef struct {
@@ -21,6 +22,7 @@ typedef struct {
 typedef struct {
     const KellerScene *scene;
     const KellerAccel *accel;
+    const FaceBox *boxes;       /* of the scene's faces */
     uint32_t reflections, diffractions, transmissions, interactions;   /* interactions: of all kinds together */
     uint32_t bends;             /* reflections and diffractions together */
     bool grids;                 /* as the ends were planned */

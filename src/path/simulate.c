@@ -364,16 +364,22 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     KellerMedium *media;
     status = keller_media_table(scene, config->frequency_count, config->frequencies, &media, error);
     if (status != KELLER_OK) return status;
+    FaceBox *boxes = face_boxes(scene);
+    if (!boxes) {
+        free(media);
+        return keller_error_memory(error, scene->face_count * sizeof *boxes);
+    }
     Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
     s.total = (uint64_t)config->transmitter_count * config->receiver_count;
-    s.join = (JoinLimits){.scene = scene, .accel = accel, .reflections = config->reflections,
+    s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
     batch_free(&s.batch);
+    free(boxes);
     free(media);
     return status;
 }

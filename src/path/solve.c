@@ -6,22 +6,6 @@
 #include "base/number.h"
 #include "path/shortest.h"
 
-/* How far the receiver's or source's image may be on the wrong side of a plane: rounding only. */
-#define SIDE_SLACK 1e-12
-
-/* Where the line from `image` (behind the plane) to `target` (in front of it) meets the face's plane; false if both are on
- * one side or the line runs along it. */
-static bool cross_plane(const KellerFace *f, KellerVec3 image, KellerVec3 target, KellerVec3 *p)
-{
-    double hi = v3_dot(f->normal, image) - f->offset, ht = v3_dot(f->normal, target) - f->offset;
-    double span = hi - ht;
-    if (!(fabs(span) > SIDE_SLACK * v3_distance(image, target))) return false;
-    double t = hi / span;
-    if (!(t >= -SIDE_SLACK && t <= 1 + SIDE_SLACK)) return false;
-    *p = v3_madd(image, v3_sub(target, image), greater(0, lesser(1, t)));
-    return true;
-}
-
 /* A sequence cut at its edges: an end, reflections, an edge, reflections, ..., an end. */
 typedef struct {
     const KellerScene *scene;
@@ -69,7 +53,7 @@ static bool connect(const Sequence *s, KellerVec3 node, KellerVec3 far, size_t f
     *image = far;
     for (size_t i = 0; i < count; i++) {
         size_t step = way > 0 ? first + i : first - i;
-        if (!cross_plane(&s->scene->faces[s->steps[step].id], images[i], node, &path->position[step])) return false;
+        if (!path_cross_plane(&s->scene->faces[s->steps[step].id], images[i], node, &path->position[step])) return false;
         node = path->position[step];
     }
     return true;

@@ -4,6 +4,22 @@
 #define KELLER_PATH_SOLVE_H
 #include "path/internal.h"
 
+/* How far the receiver's or source's image may be on the wrong side of a plane: rounding only. */
+#define PATH_SIDE_SLACK 1e-12
+
+/* Where the line from `image` (behind the plane) to `target` (in front of it) meets the face's plane; false if both are on
+ * one side or the line runs along it. */
+static inline bool path_cross_plane(const KellerFace *f, KellerVec3 image, KellerVec3 target, KellerVec3 *p)
+{
+    double hi = v3_dot(f->normal, image) - f->offset, ht = v3_dot(f->normal, target) - f->offset;
+    double span = hi - ht;
+    if (!(fabs(span) > PATH_SIDE_SLACK * v3_distance(image, target))) return false;
+    double t = hi / span;
+    if (!(t >= -PATH_SIDE_SLACK && t <= 1 + PATH_SIDE_SLACK)) return false;
+    *p = v3_madd(image, v3_sub(target, image), greater(0, lesser(1, t)));
+    return true;
+}
+
 /* 1 inside, 0 outside, 1/2 within h of the face's border (h < 0: never); *triangle is the one that holds p (the one nearest to
  * p's border otherwise). On an edge between two triangles of the face exactly one claims p: the edge's function is
  * evaluated with its ends in the order of ids, and zero belongs to the forward side. */

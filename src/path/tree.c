@@ -7,27 +7,24 @@
 
 #include "base/number.h"
 #include "path/slabs.h"
+#include "path/solve.h"
 
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
     MUCH_FIRST = 8,         /* from the end itself, where everything else multiplies on what is found, */
     MUCH_LAST = 400,        /* and where each is only a candidate */
-    FINER = 8,              /* the first cones are split this much finer than the aperture, */
+    FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
+    PENDING_MOST = 1 << 17,
     BLOCKER_TRIANGLES = 64, /* faces of more triangles are not tried as a cone's wall: the trial would cost too much */
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
 static const double FAN_CELL = M_PI / 5;    /* widest cone of a fan, around the edge and along beta */
-static const double PAD = 1e-9;             /* relative widening of windows, far above their rounding */
+static const double PAD = 1e-9;             /* relative widening of slopes, far above their rounding */
 
-/* A bundle of rays: they start in the hull of the sources (images of the end, or of the piece of edge they fan out from),
- * with slopes in the window, in a frame that is mirrored along with them. */
 typedef struct {
     uint32_t node;              /* the sequence so far */
-    uint32_t source_count;
-    KellerVec3 source[SOURCES];
-    KellerVec3 axis[3];         /* X, Y across, Z along */
-    double window[2][2];        /* [X or Y][low, high] of d.X/d.Z and d.Y/d.Z */
+    Bundle bundle;              /* its rays: from images of the end, or of the piece of edge that they fan out from */
     uint32_t mirror;            /* face it was last reflected in, or KELLER_NONE */
     uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
     uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
@@ -36,8 +33,14 @@ typedef struct {
 typedef struct {
     uint32_t face;
     double near;
-    double bounds[2][2];        /* slopes of the part that was hit */
 } HitFace;
+
+/* The beams of one sequence from one source, together: the smallest window in a frame of its own that holds theirs. */
+typedef struct {
+    uint32_t node, mirror, passed, source_count;
+    KellerVec3 source[SOURCES], along;
+    Slopes slopes;
+} Pending;
 
 typedef struct {
     const TreeLimits *limits;
@@ -46,11 +49,15 @@ typedef struct {
     bool failed;
     uint32_t *stamp, *slot;     /* [face_count]: query that last met the face, and its place among the hits */
     uint32_t query;
+    Pending *pending;           /* [PENDING_MOST] sequences of which only what they meet next is asked for: the many small */
+    uint32_t pending_count;     /* beams that are found of each at different times are followed as one */
+    uint32_t *place, place_capacity;    /* [nodes of the trie]: where among the pending ones a node may be */
 } Search;
 
 typedef struct {
     Search *search;
     const Beam *beam;
+    BundleTest test;
     KellerCone cone;
     double start_near, start_far;   /* z where rays of the beam start */
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
@@ -65,65 +72,33 @@ typedef struct {
 
 static void process(Search *search, const Beam *beam);
 
-/* Slopes under which points of the hull of v[0..n) are seen from the hull of the sources. A slope of a mean is a mean
- * (mediant) of slopes, so the corners bound them; where a corner is not in front of a source nothing is known. */
-static void slope_bounds(const Beam *beam, size_t n, const KellerVec3 *v, double bounds[2][2])
-{
-    double b[2][2] = {{INFINITY, -INFINITY}, {INFINITY, -INFINITY}};
-    for (uint32_t i = 0; i < beam->source_count; i++)
-        for (size_t j = 0; j < n; j++) {
-            KellerVec3 d = v3_sub(v[j], beam->source[i]);
-            double z = v3_dot(d, beam->axis[2]);
-            if (!(z > 1e-6 * v3_norm(d))) {
-                for (int k = 0; k < 2; k++) bounds[k][0] = -INFINITY, bounds[k][1] = INFINITY;
-                return;
-            }
-            for (int k = 0; k < 2; k++) {
-                double s = v3_dot(d, beam->axis[k]) / z;
-                b[k][0] = lesser(b[k][0], s);
-                b[k][1] = greater(b[k][1], s);
-            }
-        }
-    for (int k = 0; k < 2; k++) {
-        bounds[k][0] = b[k][0] - PAD * (1 + fabs(b[k][0]));
-        bounds[k][1] = b[k][1] + PAD * (1 + fabs(b[k][1]));
-    }
-}
-
-static bool overlap(const Beam *beam, double bounds[2][2])
-{
-    for (int k = 0; k < 2; k++)
-        if (bounds[k][0] > beam->window[k][1] || bounds[k][1] < beam->window[k][0]) return false;
-    return true;
-}
-
-/* Does the face cross the whole cone, so that nothing behind it is reached? If so *far is its farthest z. The cone's
- * section with the face's plane is connected; if it meets the face but no border of the face, it lies inside the face.
+/* Does the face cross all rays of the beam, so that nothing behind it is reached? If so *far is its farthest z. Rays cross its
+ * plane in a connected region; if none of them meets a border of the face, and one is inside, all are.
  * The face must lie beyond the start of every ray; touching it (within the contact tolerance) is not enough, since a leg
  * may start on it. */
 static bool face_blocks(const Query *q, const KellerScene *scene, uint32_t face, double *far)
 {
     const KellerFace *f = &scene->faces[face];
+    const Bundle *b = &q->beam->bundle;
+    KellerRange at;
+    double steep;
     if (f->triangle_end - f->triangle_begin > BLOCKER_TRIANGLES) return false;
-    KellerRange clip = {q->start_near, INFINITY}, all = {INFINITY, -INFINITY};
+    if (!bundle_crossing(b, f, q->cone.origin, q->cone.directrix, &at, &steep)) return false;
+    double touch = 4 * scene->contact / steep; /* what touches the face from behind counts as being at it */
+    if (!(at.near > q->start_far + touch)) return false;
     for (uint32_t i = f->triangle_begin; i < f->triangle_end; i++) {
         uint32_t id = scene->face_triangles[i];
         const uint32_t *t = scene->triangles[id];
-        const KellerVec3 *v = scene->vertices;
         for (int j = 0; j < 3; j++) {
-            if (!(scene->triangle_border[id] >> j & 1)) continue;
-            KellerRange e = keller_cone_edge(&q->cone, v[t[j]], v[t[(j + 1) % 3]], clip, NULL, NULL);
-            if (e.near <= e.far) return false;
+            const KellerVec3 edge[2] = {scene->vertices[t[j]], scene->vertices[t[(j + 1) % 3]]};
+            if (scene->triangle_border[id] >> j & 1 && !bundle_misses(&q->test, 2, edge)) return false;
         }
-        KellerRange r = keller_cone_triangle(&q->cone, v[t[0]], v[t[1]], v[t[2]], clip, NULL, NULL);
-        if (r.near <= r.far) all = (KellerRange){lesser(all.near, r.near), greater(all.far, r.far)};
     }
-    /* What touches the face from behind counts as being at it: shift the plane by the contact tolerance. */
-    double nz = fabs(v3_dot(f->normal, q->cone.directrix));
-    double g = length2(v3_dot(f->normal, q->cone.major), v3_dot(f->normal, q->cone.minor) / q->cone.e);
-    double steep = nz - q->cone.tan_alpha * g;
-    if (!(steep > 1e-6) || !(all.near > q->start_far + 4 * scene->contact / steep)) return false;
-    *far = all.far + 4 * scene->contact / steep;
+    KellerVec3 d = window_middle(&b->window);
+    double t = (f->offset - v3_dot(f->normal, b->source[0])) / v3_dot(f->normal, d);
+    uint32_t triangle;
+    if (!(path_face_weight(scene, face, v3_madd(b->source[0], d, t), -1, &triangle) > 0)) return false;
+    *far = at.far + touch;
     return true;
 }
 
@@ -169,26 +144,17 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (behind_mirror(q, scene, 3, v)) return q->far;
-    double bounds[2][2];
-    slope_bounds(q->beam, 3, v, bounds);
-    if (!overlap(q->beam, bounds)) return q->far;
+    if (bundle_misses(&q->test, 3, v)) return q->far;
     if (s->stamp[face] == s->query) {
         HitFace *h = &q->face[s->slot[face]];
         h->near = lesser(h->near, range.near);
-        for (int k = 0; k < 2; k++) {
-            h->bounds[k][0] = lesser(h->bounds[k][0], bounds[k][0]);
-            h->bounds[k][1] = greater(h->bounds[k][1], bounds[k][1]);
-        }
         return q->far;
     }
     q->face = with_room(q, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
     s->slot[face] = q->faces;
-    HitFace *h = &q->face[q->faces++];
-    h->face = face;
-    h->near = range.near;
-    memcpy(h->bounds, bounds, sizeof bounds);
+    q->face[q->faces++] = (HitFace){face, range.near};
     double far;
     if (face_blocks(q, scene, face, &far))
         q->far = lesser(q->far, path_lets_through(scene, face) ? slabs_add(&q->slabs, far) : far);
@@ -196,7 +162,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
 }
 
 /* Can a wave from the sources arrive through the wedge's sector? The sources see the edge under one angle all along. */
-static bool arrives(const Beam *beam, const KellerWedge *w)
+static bool arrives(const Bundle *beam, const KellerWedge *w)
 {
     if (beam->source_count > 1 && w->n < 1) return true; /* the outside is not convex: corners prove nothing */
     bool all_behind_first = true, all_behind_second = true;
@@ -231,9 +197,7 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
     (void)range;
     if (behind_mirror(q, scene, 2, ends)) return q->far;
-    double bounds[2][2];
-    slope_bounds(q->beam, 2, ends, bounds);
-    if (!overlap(q->beam, bounds) || !arrives(q->beam, w)) return q->far;
+    if (bundle_misses(&q->test, 2, ends) || !arrives(&q->beam->bundle, w)) return q->far;
     q->wedge = with_room(q, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
     if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
@@ -242,22 +206,91 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
 
 /* ---- what a beam becomes ------------------------------------------------------------------------------------------- */
 
-static void reflect(Search *s, const Query *q, const HitFace *hit, uint32_t node)
+/* The beam that a face reflects; false: none. */
+static bool reflected(const Query *q, const HitFace *hit, const KellerScene *scene, Beam *b)
 {
-    const KellerFace *f = &s->limits->scene->faces[hit->face];
-    Beam b = *q->beam;
-    b.node = node;
-    b.passed += slabs_before(&q->slabs, hit->near);
-    b.mirror = hit->face;
-    b.wedge = KELLER_NONE;
-    for (uint32_t i = 0; i < b.source_count; i++) b.source[i] = v3_mirror_point(b.source[i], f->normal, f->offset);
-    for (int k = 0; k < 3; k++) b.axis[k] = v3_mirror_direction(b.axis[k], f->normal);
-    for (int k = 0; k < 2; k++) {
-        b.window[k][0] = greater(b.window[k][0], hit->bounds[k][0]);
-        b.window[k][1] = lesser(b.window[k][1], hit->bounds[k][1]);
-        if (b.window[k][0] > b.window[k][1]) return;
+    const KellerFace *f = &scene->faces[hit->face];
+    *b = *q->beam;
+    if (!bundle_narrow(&b->bundle, scene, hit->face)) return false;
+    KellerRange at;
+    double steep;
+    if (bundle_crossing(&b->bundle, f, q->cone.origin, q->cone.directrix, &at, &steep) &&
+        at.near > q->far + 4 * scene->contact / steep)
+        return false;
+    b->passed += slabs_before(&q->slabs, hit->near);
+    b->mirror = hit->face;
+    b->wedge = KELLER_NONE;
+    bundle_mirror(&b->bundle, f);
+    return true;
+}
+
+static void frame_of(KellerVec3 along, KellerVec3 axis[3])
+{
+    axis[2] = along;
+    axis[0] = v3_perpendicular(along);
+    axis[1] = v3_cross(axis[2], axis[0]);
+}
+
+/* Widens the slopes to hold those of the window; false if parts of it are not in front. */
+static bool add_slopes(const Window *w, KellerVec3 along, Slopes *slopes)
+{
+    const double front = 0.2; /* cosine: of the widest frustum, and a little more */
+    KellerVec3 axis[3];
+    frame_of(along, axis);
+    for (uint32_t i = 0; i < w->count; i++)
+        if (!(v3_dot(w->corner[i], along) > front)) return false;
+    for (uint32_t i = 0; i < w->count; i++)
+        for (int k = 0; k < 2; k++) {
+            double slope = v3_dot(w->corner[i], axis[k]) / v3_dot(w->corner[i], along), pad = PAD * (1 + fabs(slope));
+            slopes->low[k] = lesser(slopes->low[k], slope - pad);
+            slopes->high[k] = greater(slopes->high[k], slope + pad);
+        }
+    return true;
+}
+
+/* Follows the pending beams. */
+static void follow(Search *s)
+{
+    uint32_t count = s->pending_count;
+    s->pending_count = 0; /* nothing is added: what they meet is the last */
+    for (uint32_t i = 0; i < count && !s->failed; i++) {
+        const Pending *p = &s->pending[i];
+        Beam b = {.node = p->node, .mirror = p->mirror, .wedge = KELLER_NONE, .passed = p->passed};
+        KellerVec3 axis[3];
+        frame_of(p->along, axis);
+        b.bundle.source_count = p->source_count;
+        memcpy(b.bundle.source, p->source, sizeof p->source);
+        b.bundle.window = window_of(axis, &p->slopes);
+        if (bundle_narrow(&b.bundle, s->limits->scene, p->mirror)) process(s, &b);
     }
-    process(s, &b);
+}
+
+/* Puts the beam off, together with others of its sequence; false if that cannot be. */
+static bool put_off(Search *s, const Beam *b)
+{
+    if (s->place_capacity < s->trie.capacity) {
+        uint32_t *grown = realloc(s->place, s->trie.capacity * sizeof *grown);
+        if (!grown) return false;
+        memset(grown + s->place_capacity, 0, (s->trie.capacity - s->place_capacity) * sizeof *grown);
+        s->place = grown;
+        s->place_capacity = s->trie.capacity;
+    }
+    uint32_t at = s->place[b->node];
+    if (at < s->pending_count && s->pending[at].node == b->node) {
+        Pending *p = &s->pending[at];
+        Slopes both = p->slopes;
+        if (!add_slopes(&b->bundle.window, p->along, &both)) return false;
+        p->slopes = both;
+        p->passed = b->passed < p->passed ? b->passed : p->passed;
+        return true;
+    }
+    Pending fresh = {b->node, b->mirror, b->passed, b->bundle.source_count, {{0, 0, 0}}, window_middle(&b->bundle.window), SLOPES_NONE};
+    memcpy(fresh.source, b->bundle.source, sizeof fresh.source);
+    if (!add_slopes(&b->bundle.window, fresh.along, &fresh.slopes)) return false;
+    if (s->pending_count == PENDING_MOST) follow(s);
+    s->place[b->node] = s->pending_count;
+    s->pending[s->pending_count++] = fresh;
+    return true;
 }
 
 /* The part of a wedge's edge inside the cone, m from its start. */
@@ -276,7 +309,11 @@ static bool piece_inside(const Query *q, uint32_t wedge, Piece *piece)
     if (met.near > met.far) return false;
     double a = v3_dot(v3_sub(from_point, w->origin), w->direction), b = v3_dot(v3_sub(to_point, w->origin), w->direction);
     *piece = (Piece){lesser(a, b), greater(a, b), met.near};
-    return true;
+    double from = 0, to = 1;
+    if (!bundle_part(&q->test, w->origin, v3_madd(w->origin, w->direction, w->length), &from, &to)) return false;
+    piece->from = greater(piece->from, from * w->length);
+    piece->to = lesser(piece->to, to * w->length);
+    return piece->from <= piece->to;
 }
 
 /* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is bounded by where the source lies, an
@@ -286,10 +323,10 @@ static bool piece_inside(const Query *q, uint32_t wedge, Piece *piece)
 static void fan_out(Search *s, const Query *q, uint32_t wedge, const Piece *piece, uint32_t node)
 {
     const KellerWedge *w = &s->limits->scene->wedges[wedge];
-    assert(q->beam->source_count <= 2);
-    const KellerVec3 *source = q->beam->source;
+    const Bundle *in = &q->beam->bundle;
+    assert(in->source_count <= 2);
     double near, far, z_low, z_high;
-    path_line_distances(w, source[0], source[q->beam->source_count - 1], &z_low, &z_high, &near, &far);
+    path_line_distances(w, in->source[0], in->source[in->source_count - 1], &z_low, &z_high, &near, &far);
     double rounding = path_rounding(s->limits->scene, w->origin);
     if (!(far > rounding)) return; /* on the edge's own line: it does not diffract for it */
     double from = piece->from, to = piece->to, z = 0.5 * (z_low + z_high), rho = greater(rounding, 0.5 * (near + far));
@@ -309,25 +346,25 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, const Piece *piec
             double beta_b = beta[0] + (beta[1] - beta[0]) * (c / cells + 1) / slices;
             double phi_c = 0.5 * (phi_a + phi_b), beta_c = 0.5 * (beta_a + beta_b);
             KellerVec3 radial = v3_add(v3_scale(w->tangent0, cos(phi_c)), v3_scale(w->normal0, sin(phi_c)));
-            Beam b = {.node = node, .source_count = 2, .mirror = KELLER_NONE, .wedge = wedge,
-                      .passed = q->beam->passed + slabs_before(&q->slabs, piece->near)};
-            b.source[0] = v3_madd(w->origin, w->direction, za);
-            b.source[1] = v3_madd(w->origin, w->direction, zb);
-            b.axis[0] = v3_cross(w->direction, radial); /* towards growing phi */
-            b.axis[2] = v3_add(v3_scale(w->direction, cos(beta_c)), v3_scale(radial, sin(beta_c)));
-            b.axis[1] = v3_cross(b.axis[2], b.axis[0]);
-            for (int k = 0; k < 2; k++) b.window[k][0] = INFINITY, b.window[k][1] = -INFINITY;
+            KellerVec3 axis[3] = {v3_cross(w->direction, radial)}; /* towards growing phi */
+            axis[2] = v3_add(v3_scale(w->direction, cos(beta_c)), v3_scale(radial, sin(beta_c)));
+            axis[1] = v3_cross(axis[2], axis[0]);
+            Slopes bounds = SLOPES_NONE;
             for (int i = 0; i < 6; i++) { /* slopes are extreme at the corners, or in the middle of phi */
                 double phi = i % 3 == 0 ? phi_a : i % 3 == 1 ? phi_c : phi_b, be = i < 3 ? beta_a : beta_b;
                 KellerVec3 d = v3_add(v3_scale(w->direction, cos(be)),
                                       v3_scale(v3_add(v3_scale(w->tangent0, cos(phi)), v3_scale(w->normal0, sin(phi))),
                                                sin(be)));
                 for (int k = 0; k < 2; k++) {
-                    double slope = v3_dot(d, b.axis[k]) / v3_dot(d, b.axis[2]);
-                    b.window[k][0] = lesser(b.window[k][0], slope - PAD);
-                    b.window[k][1] = greater(b.window[k][1], slope + PAD);
+                    double slope = v3_dot(d, axis[k]) / v3_dot(d, axis[2]);
+                    bounds.low[k] = lesser(bounds.low[k], slope - PAD);
+                    bounds.high[k] = greater(bounds.high[k], slope + PAD);
                 }
             }
+            Beam b = {.node = node, .mirror = KELLER_NONE, .wedge = wedge,
+                      .passed = q->beam->passed + slabs_before(&q->slabs, piece->near)};
+            b.bundle = (Bundle){2, {v3_madd(w->origin, w->direction, za), v3_madd(w->origin, w->direction, zb)},
+                                window_of(axis, &bounds)};
             process(s, &b);
         }
     }
@@ -335,43 +372,42 @@ static void fan_out(Search *s, const Query *q, uint32_t wedge, const Piece *piec
 
 static void split(Search *s, const Beam *beam)
 {
-    int k = beam->window[1][1] - beam->window[1][0] > beam->window[0][1] - beam->window[0][0];
-    double middle = 0.5 * (beam->window[k][0] + beam->window[k][1]);
-    Beam half = *beam;
-    half.window[k][1] = middle;
-    process(s, &half);
-    half = *beam;
-    half.window[k][0] = middle;
-    process(s, &half);
+    KellerVec3 across = v3(0, 0, 0);
+    window_width(&beam->bundle.window, &across);
+    across = v3_unit(across); /* from corner to corner, both of one length: halfway between them it is perpendicular */
+    for (int side = -1; side <= 1; side += 2) {
+        Beam half = *beam;
+        if (window_cut(&half.bundle.window, v3_scale(across, side))) process(s, &half);
+    }
 }
 
-/* Where the rays of a reflected beam start: at the mirror. False if the cone misses it. */
-static bool start_at_mirror(Query *q, const KellerScene *scene)
+/* Where the rays of a reflected beam start: at the mirror. */
+static void start_at_mirror(Query *q, const KellerScene *scene)
 {
     const KellerFace *m = &scene->faces[q->beam->mirror];
-    KellerRange all = {INFINITY, -INFINITY}, any = {0, INFINITY};
-    for (uint32_t i = m->triangle_begin; i < m->triangle_end; i++) {
-        const uint32_t *t = scene->triangles[scene->face_triangles[i]];
-        const KellerVec3 *v = scene->vertices;
-        KellerRange r = keller_cone_triangle(&q->cone, v[t[0]], v[t[1]], v[t[2]], any, NULL, NULL);
-        if (r.near <= r.far) all = (KellerRange){lesser(all.near, r.near), greater(all.far, r.far)};
-    }
-    q->start_near = all.near;
-    q->start_far = all.far;
-    if (all.near > all.far) return false;
-    double front = 0; /* the images are behind the mirror, the rays in front */
-    for (uint32_t i = 0; i < q->beam->source_count; i++) {
-        double h = v3_dot(m->normal, q->beam->source[i]) - m->offset;
-        double side = h > 0 ? -1 : 1;
-        /* an end on the mirror itself sees both of its sides */
-        if (fabs(h) <= path_rounding(scene, q->beam->source[i]) || (i > 0 && side != front)) {
-            front = 0;
-            break;
+    const Bundle *b = &q->beam->bundle;
+    KellerRange at;
+    double steep;
+    if (bundle_crossing(b, m, q->cone.origin, q->cone.directrix, &at, &steep)) {
+        q->start_near = greater(q->start_near, at.near - scene->contact);
+        q->start_far = at.far;
+    } else { /* some rays run along it */
+        q->start_far = 0;
+        for (int i = 0; i < 8; i++) {
+            KellerVec3 corner = v3(i & 1 ? scene->lower.x : scene->upper.x, i & 2 ? scene->lower.y : scene->upper.y,
+                                   i & 4 ? scene->lower.z : scene->upper.z);
+            q->start_far = greater(q->start_far, v3_dot(q->cone.directrix, v3_sub(corner, q->cone.origin)));
         }
-        front = side;
     }
-    q->front = front;
-    return true;
+    for (uint32_t i = 0; i < b->source_count; i++) { /* the images are behind the mirror, the rays in front */
+        double h = v3_dot(m->normal, b->source[i]) - m->offset, side = h > 0 ? -1 : 1;
+        /* an end on the mirror itself sees both of its sides */
+        if (fabs(h) <= path_rounding(scene, b->source[i]) || (i > 0 && side != q->front)) {
+            q->front = 0;
+            return;
+        }
+        q->front = side;
+    }
 }
 
 static void process(Search *s, const Beam *beam)
@@ -379,19 +415,17 @@ static void process(Search *s, const Beam *beam)
     const TreeLimits *l = s->limits;
     const KellerScene *scene = l->scene;
     if (s->failed) return;
-    KellerVec3 corner[4];
-    for (int i = 0; i < 4; i++)
-        corner[i] = v3_add(v3_add(beam->axis[2], v3_scale(beam->axis[0], beam->window[0][i & 1])),
-                           v3_scale(beam->axis[1], beam->window[1][i >> 1]));
+    const Bundle *b = &beam->bundle;
     Query q = {.search = s, .beam = beam, .far = INFINITY};
-    if (!keller_cone_fan(beam->source_count, beam->source, 4, corner, &q.cone, &q.start_far)) {
+    if (!keller_cone_fan(b->source_count, b->source, b->window.count, b->window.corner, &q.cone, &q.start_far)) {
         split(s, beam);
         return;
     }
     s->work.cones++;
-    if (beam->mirror != KELLER_NONE && !start_at_mirror(&q, scene)) return;
-    double wide = 0;
-    for (int k = 0; k < 2; k++) wide = greater(wide, beam->window[k][1] - beam->window[k][0]);
+    q.test = bundle_test(b, scene);
+    if (beam->mirror != KELLER_NONE) start_at_mirror(&q, scene);
+    KellerVec3 across;
+    double wide = window_width(&b->window, &across);
     if (++s->query == 0) { /* all stamps used: begin anew */
         memset(s->stamp, 0, (scene->face_count + 1) * sizeof *s->stamp);
         s->query = 1;
@@ -403,10 +437,10 @@ static void process(Search *s, const Beam *beam)
     q.slabs.most = l->transmissions < together ? l->transmissions : together;
     if (beam->passed > q.slabs.most) return;
     q.slabs.most -= beam->passed;
-    bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0 && beam->source_count == 1;
+    bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0 && b->source_count == 1;
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : MUCH_LAST;
     /* A window narrower than the sources look wide across the scene parts nothing from anything. */
-    double least = 2 * l->tan_aperture / (first ? FINER : 1);
+    double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     q.may_split = wide > greater(least, 2 * q.cone.x0 / v3_distance(scene->lower, scene->upper));
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     KellerRange clip = {q.start_near, INFINITY};
@@ -418,12 +452,15 @@ static void process(Search *s, const Beam *beam)
         split(s, beam);
     } else {
         const uint8_t after_face = l->plan->of[pattern_and(at.pattern, false)];
+        /* pieces of an edge are different sources */
+        const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(at.pattern) == 0 && length > 0;
         const uint8_t after_wedge = l->plan->of[pattern_and(at.pattern, true)];
         for (uint32_t i = 0; i < q.faces && use & PLAN_FACE && !s->failed; i++) {
-            if (q.face[i].near > q.far) continue;
-            uint32_t node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
-            if (node == KELLER_NONE) s->failed = true;
-            else if (after_face & (PLAN_FACE | PLAN_WEDGE)) reflect(s, &q, &q.face[i], node);
+            Beam child;
+            if (q.face[i].near > q.far || !reflected(&q, &q.face[i], scene, &child)) continue;
+            child.node = trie_child(&s->trie, beam->node, code_face(q.face[i].face));
+            if (child.node == KELLER_NONE) s->failed = true;
+            else if (after_face & (PLAN_FACE | PLAN_WEDGE) && (!put_offs || !put_off(s, &child))) process(s, &child);
         }
         for (uint32_t i = 0; i < q.wedges && !s->failed; i++) {
             Piece piece;
@@ -449,15 +486,15 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
     int k = side / 2;
     double sign = side % 2 ? -1 : 1;
     KellerVec3 unit[3] = {v3(1, 0, 0), v3(0, 1, 0), v3(0, 0, 1)};
-    Beam b = {.node = 0, .source_count = count, .mirror = KELLER_NONE, .wedge = KELLER_NONE};
-    memcpy(b.source, end, count * sizeof *end);
-    b.axis[2] = v3_scale(unit[k], sign);
-    b.axis[0] = unit[(k + 1) % 3];
-    b.axis[1] = v3_cross(b.axis[2], b.axis[0]);
-    b.window[0][0] = -1 + 2.0 * i / n - PAD;
-    b.window[0][1] = -1 + 2.0 * (i + 1) / n + PAD;
-    b.window[1][0] = -1 + 2.0 * j / n - PAD;
-    b.window[1][1] = -1 + 2.0 * (j + 1) / n + PAD;
+    Beam b = {.node = 0, .mirror = KELLER_NONE, .wedge = KELLER_NONE};
+    KellerVec3 axis[3] = {unit[(k + 1) % 3]};
+    axis[2] = v3_scale(unit[k], sign);
+    axis[1] = v3_cross(axis[2], axis[0]);
+    const Slopes bounds = {{-1 + 2.0 * i / n - PAD, -1 + 2.0 * j / n - PAD},
+                           {-1 + 2.0 * (i + 1) / n + PAD, -1 + 2.0 * (j + 1) / n + PAD}};
+    b.bundle.source_count = count;
+    memcpy(b.bundle.source, end, count * sizeof *end);
+    b.bundle.window = window_of(axis, &bounds);
     process(s, &b);
 }
 
@@ -492,11 +529,13 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
     size_t faces = limits->scene->face_count + 1;
 #pragma omp parallel num_threads((int)threads) if (threads > 1)
     {
-        Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t))};
-        s.failed = !s.stamp || !s.slot || !trie_init(&s.trie);
+        Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t)),
+                    .pending = malloc(PENDING_MOST * sizeof(Pending))};
+        s.failed = !s.stamp || !s.slot || !s.pending || !trie_init(&s.trie);
 #pragma omp for schedule(dynamic, 1)
         for (int c = 0; c < cells; c++)
             if (!s.failed) search_cell(&s, count, end, c / (n * n), c / n % n, c % n, n);
+        follow(&s);
 #pragma omp critical(keller_tree)
         {
             failed = failed || s.failed || !trie_merge(trie, &s.trie);
@@ -505,6 +544,8 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
             work->accel.triangles += s.work.accel.triangles;
         }
         trie_free(&s.trie);
+        free(s.pending);
+        free(s.place);
         free(s.stamp);
         free(s.slot);
     }

@@ -3,9 +3,8 @@
  * path from this end can begin with. */
 #ifndef KELLER_PATH_TREE_H
 #define KELLER_PATH_TREE_H
+#include "path/beam.h"
 #include "path/trie.h"
-
-enum { SOURCES = 4 };           /* corners of the end: one for a point, up to four for a patch of grid cells */
 
 /* What a search is for: of[pattern], PLAN_ flags. Only a point may fan out from wedges, so for a patch no pattern with steps
  * behind a wedge is wanted. */

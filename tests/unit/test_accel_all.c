@@ -318,6 +318,22 @@ static void rays_of_any_scale(void **state)
     assert_true(hits > 4000);
 }
 
+/* One side of one large triangle, given as an edge 40,000 times, must not be copied to every leaf that the triangle is in. */
+static void same_edge_very_often(void **state)
+{
+    (void)state;
+    Random r = {6};
+    Model m = model_make(MODEL_SPREAD, 40000, &r);
+    for (uint32_t k = 0; k < 3; k++) m.vertices[k] = v3(40 * (k == 1) - 12, 40 * (k == 2) - 12, 0.01 * k);
+    for (uint32_t i = 0; i < m.in.triangle_count; i++) m.edges[i][0] = 0, m.edges[i][1] = 1;
+    for (uint32_t k = 0; k < NAMES; k++) {
+        KellerAccel *accel = accel_of(&m, names[k], 0.5, 1);
+        assert_true(keller_accel_bytes(accel) < 400 * (size_t)m.in.edge_count);
+        keller_accel_free(accel);
+    }
+    model_free(&m);
+}
+
 /* The same on a real scene and its wedges. Skipped without the scenes. */
 static void same_as_naive_in_munich(void **state)
 {
@@ -493,6 +509,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_as_naive),
         cmocka_unit_test(rays_of_any_scale),
+        cmocka_unit_test(same_edge_very_often),
         cmocka_unit_test(same_as_naive_in_munich),
         cmocka_unit_test(shortened),
         cmocka_unit_test(same_for_threads),

@@ -176,11 +176,8 @@ static void never_wrong(void **state)
 
 /* Two triangles of one surface, which one cannot stand for: where only one may be named the answer is no, and so it is for
  * two, since rays pass beside them. */
-static void not_by_a_part(void **state)
+static void never_by(const KellerVec3 *vertices, const uint32_t (*triangles)[3], KellerVec3 through)
 {
-    (void)state;
-    const KellerVec3 vertices[] = {{-1, -50, 5}, {-1, 50, 5}, {-1.5, 0, 4.9}, {90, 0, 5}};
-    const uint32_t triangles[2][3] = {{0, 1, 2}, {1, 0, 3}};
     KellerAccelInput in = {.triangle_count = 2, .vertices = vertices, .triangles = triangles};
     KellerCone c = keller_cone_round(v3(0, 0, 0), v3(0, 0, 1), 0.5);
     for (int k = 0; k < NAMES; k++) {
@@ -189,17 +186,66 @@ static void not_by_a_part(void **state)
         uint32_t named[3];
         size_t count;
         assert_int_equal(keller_accel_new(&in, &(KellerAccelOptions){.name = names[k]}, &accel, NULL), KELLER_OK);
-        assert_false(keller_accel_ray_any(accel, c.origin, v3(-2.5, 0, 5), (KellerRange){0, INFINITY}, &work));
+        assert_false(keller_accel_ray_any(accel, c.origin, through, (KellerRange){0, INFINITY}, &work));
         for (size_t most = 0; most <= 3; most++)
             assert_false(keller_accel_cone_blocked(accel, &c, (KellerRange){0, INFINITY}, most, named, &count, &work));
         keller_accel_free(accel);
     }
 }
 
+static void not_by_a_part(void **state)
+{
+    (void)state;
+    const KellerVec3 vertices[] = {{-1, -50, 5}, {-1, 50, 5}, {-1.5, 0, 4.9}, {90, 0, 5}};
+    never_by(vertices, (const uint32_t[2][3]){{0, 1, 2}, {1, 0, 3}}, v3(-2.5, 0, 5));
+}
+
+/* A triangle with one corner twice has no side to share with another that has only that corner. */
+static void not_by_a_degenerate_neighbour(void **state)
+{
+    (void)state;
+    const KellerVec3 vertices[] = {{-1, -50, 5}, {-1, 50, 5}, {90, 0, 5}, {0, 0, 1}};
+    never_by(vertices, (const uint32_t[2][3]){{0, 1, 2}, {0, 0, 3}}, v3(-2, 0, 5));
+}
+
+/* Thousands of triangles in one cone: n log n, and no more memory than they take. */
+static void by_many(void **state)
+{
+    (void)state;
+    enum { SIDE = 150 };
+    KellerVec3 *v = malloc((SIDE + 1) * (SIDE + 1) * sizeof *v);
+    uint32_t(*t)[3] = malloc(2 * SIDE * SIDE * sizeof *t), *named = malloc(2 * SIDE * SIDE * sizeof *named), n = 0;
+    for (uint32_t i = 0; i <= SIDE; i++)
+        for (uint32_t j = 0; j <= SIDE; j++) v[i * (SIDE + 1) + j] = v3(i - 0.5 * SIDE, j - 0.5 * SIDE, 100);
+    for (uint32_t i = 0; i < SIDE; i++)
+        for (uint32_t j = 0; j < SIDE; j++) {
+            uint32_t a = i * (SIDE + 1) + j, b = a + SIDE + 1;
+            t[n][0] = a, t[n][1] = b, t[n++][2] = b + 1;
+            t[n][0] = a, t[n][1] = b + 1, t[n++][2] = a + 1;
+        }
+    KellerAccelInput in = {.triangle_count = n, .vertices = v, .triangles = (const uint32_t(*)[3])t};
+    KellerCone c = keller_cone_round(v3(0.1, 0.2, 0), v3(0, 0, 1), 0.6);
+    for (int k = 0; k < NAMES; k++) {
+        KellerAccel *accel;
+        KellerAccelWork work = {0};
+        size_t count;
+        assert_int_equal(keller_accel_new(&in, &(KellerAccelOptions){.name = names[k]}, &accel, NULL), KELLER_OK);
+        assert_true(keller_accel_cone_blocked(accel, &c, (KellerRange){0, INFINITY}, n, named, &count, &work));
+        assert_true(count > 20000 && count <= n);
+        keller_accel_free(accel);
+    }
+    free(v);
+    free(t);
+    free(named);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(not_by_a_part), cmocka_unit_test(by_a_wall),
+        cmocka_unit_test(not_by_a_part),
+        cmocka_unit_test(not_by_a_degenerate_neighbour),
+        cmocka_unit_test(by_many),
+        cmocka_unit_test(by_a_wall),
         cmocka_unit_test(by_a_closed_surface),
         cmocka_unit_test(never_wrong),
     };

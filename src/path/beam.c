@@ -1,0 +1,231 @@
+/* Everything here is decided by planes through the sources: with a point v of the scene at some source o plus t d, t >= 0, the
+ * side's n.(v - o) <= n.d t is at most WINDOW_PAD |v - o|. */
+#include "path/beam.h"
+
+#include "base/number.h"
+
+enum { NARROW_TRIANGLES = 8 };  /* faces of more triangles are not cut at: it would take longer than what it saves */
+
+/* ---- windows ----------------------------------------------------------------------------------------------------- */
+
+Window window_of(const KellerVec3 axis[3], const Slopes *slopes)
+{
+    const double x[2] = {slopes->low[0], slopes->high[0]}, y[2] = {slopes->low[1], slopes->high[1]};
+    const KellerVec3 side[4] = {v3_sub(v3_scale(axis[2], y[0]), axis[1]), v3_madd(axis[0], axis[2], -x[1]),
+                                v3_madd(axis[1], axis[2], -y[1]), v3_sub(v3_scale(axis[2], x[0]), axis[0])};
+    Window w = {.count = 4};
+    for (int i = 0; i < 4; i++) { /* low y, high x, high y, low x */
+        w.corner[i] = v3_unit(v3_madd(v3_madd(axis[2], axis[0], x[i == 1 || i == 2]), axis[1], y[i >= 2]));
+        w.side[i] = v3_unit(side[i]);
+    }
+    return w;
+}
+
+bool window_cut(Window *w, KellerVec3 normal)
+{
+    double above[WINDOW_MOST];
+    uint32_t in = 0, changes = 0;
+    for (uint32_t i = 0; i < w->count; i++) {
+        above[i] = v3_dot(normal, w->corner[i]) - WINDOW_PAD;
+        in += above[i] <= 0;
+    }
+    if (in == w->count) return true;
+    if (in == 0) return false;
+    for (uint32_t i = 0; i < w->count; i++) changes += (above[i] <= 0) != (above[(i + 1) % w->count] <= 0);
+    if (changes != 2) return true; /* its corners are not in convex position, by rounding */
+    if (in + 2 > WINDOW_MOST) return true;
+    Window cut = {.count = 0};
+    for (uint32_t i = 0; i < w->count; i++) {
+        uint32_t next = (i + 1) % w->count;
+        if (above[i] <= 0) {
+            cut.corner[cut.count] = w->corner[i];
+            cut.side[cut.count++] = w->side[i];
+        }
+        if ((above[i] <= 0) == (above[next] <= 0)) continue;
+        double share = above[i] / (above[i] - above[next]);
+        cut.corner[cut.count] = v3_unit(v3_madd(w->corner[i], v3_sub(w->corner[next], w->corner[i]), share));
+        cut.side[cut.count++] = above[i] <= 0 ? normal : w->side[i];
+    }
+    *w = cut;
+    return true;
+}
+
+double window_width(const Window *w, KellerVec3 *across)
+{
+    double most = -1;
+    for (uint32_t i = 0; i < w->count; i++)
+        for (uint32_t j = 0; j < i; j++) {
+            KellerVec3 d = v3_sub(w->corner[i], w->corner[j]);
+            double width = v3_dot(d, d);
+            if (width <= most) continue;
+            most = width;
+            *across = d;
+        }
+    return sqrt(greater(0, most));
+}
+
+KellerVec3 window_middle(const Window *w)
+{
+    KellerVec3 middle = v3(0, 0, 0);
+    for (uint32_t i = 0; i < w->count; i++) middle = v3_add(middle, w->corner[i]);
+    return v3_unit(middle);
+}
+
+/* ---- what a bundle meets ----------------------------------------------------------------------------------------- */
+
+static double size_of(KellerVec3 v) { return fabs(v.x) + fabs(v.y) + fabs(v.z); }
+
+BundleTest bundle_test(const Bundle *b, const KellerScene *scene)
+{
+    BundleTest t = {.bundle = b, .rounding = path_rounding(scene, b->source[0]), .contact = 4 * scene->contact};
+    for (uint32_t j = 1; j < b->source_count; j++)
+        t.rounding = greater(t.rounding, path_rounding(scene, b->source[j]));
+    for (uint32_t i = 0; i < b->window.count; i++) {
+        t.support[i] = -INFINITY;
+        for (uint32_t j = 0; j < b->source_count; j++)
+            t.support[i] = greater(t.support[i], v3_dot(b->window.side[i], b->source[j]));
+    }
+    return t;
+}
+
+/* How far in front of a side a point may be that is on a ray. */
+static double slack(const BundleTest *t, KellerVec3 v)
+{
+    const Bundle *b = t->bundle;
+    double far = 0;
+    for (uint32_t j = 0; j < b->source_count; j++) far = greater(far, size_of(v3_sub(v, b->source[j])));
+    return 2 * WINDOW_PAD * far + 4 * t->rounding;
+}
+
+/* The unit normal of the plane through the source o and the edge from a to b; false if o is so near to the edge's line that
+ * rounding would turn the plane by a good part of WINDOW_PAD. */
+static bool plane_through(KellerVec3 o, KellerVec3 a, KellerVec3 b, double rounding, KellerVec3 *normal)
+{
+    KellerVec3 l = v3_sub(b, a), n = v3_cross(v3_sub(a, o), l);
+    double nn = v3_dot(n, n), pad = WINDOW_PAD;
+    if (!(nn * pad * pad > 16 * rounding * rounding * v3_dot(l, l))) return false;
+    *normal = v3_scale(n, 1 / sqrt(nn));
+    return true;
+}
+
+/* Is all of the bundle in front of the plane with this normal through the source and the edge from a on, and of what the
+ * hull of v[0 .. count) is nothing? */
+static bool parts(const BundleTest *t, KellerVec3 normal, KellerVec3 a, uint32_t count, const KellerVec3 *v)
+{
+    const Bundle *b = t->bundle;
+    for (uint32_t k = 0; k < b->window.count; k++)
+        if (!(v3_dot(normal, b->window.corner[k]) > 2 * WINDOW_PAD)) return false;
+    for (uint32_t j = 0; j < b->source_count; j++)
+        if (!(v3_dot(normal, v3_sub(b->source[j], a)) >= -t->rounding)) return false;
+    for (uint32_t k = 0; k < count; k++)
+        if (!(v3_dot(normal, v3_sub(v[k], a)) <= t->rounding)) return false;
+    return true;
+}
+
+bool bundle_misses(const BundleTest *t, uint32_t count, const KellerVec3 *v)
+{
+    const Bundle *b = t->bundle;
+    double loose[3];
+    for (uint32_t j = 0; j < count; j++) loose[j] = slack(t, v[j]);
+    for (uint32_t i = 0; i < b->window.count; i++) {
+        bool out = true;
+        for (uint32_t j = 0; j < count && out; j++) out = v3_dot(b->window.side[i], v[j]) > t->support[i] + loose[j];
+        if (out) return true;
+    }
+    if (count == 3) { /* from a source on its plane a triangle is met at the source */
+        KellerVec3 n = v3_cross(v3_sub(v[1], v[0]), v3_sub(v[2], v[0]));
+        for (uint32_t j = 0; j < b->source_count; j++)
+            if (!(fabs(v3_dot(n, v3_sub(b->source[j], v[0]))) > t->contact * v3_norm(n))) return false;
+    }
+    for (uint32_t j = 0; j < b->source_count; j++)
+        for (uint32_t i = 0; i < (count == 3 ? 3 : 1); i++) {
+            KellerVec3 p = v[i], q = v[(i + 1) % count], n;
+            if (!plane_through(b->source[j], p, q, t->rounding, &n)) continue;
+            if (parts(t, n, p, count, v) || parts(t, v3_scale(n, -1), p, count, v)) return true;
+        }
+    return false;
+}
+
+/* Is what is seen of the points from any source behind the plane with this normal through it? */
+static bool behind(const Bundle *b, KellerVec3 normal, uint32_t count, const KellerVec3 *v, double rounding)
+{
+    double highest = -INFINITY, lowest = INFINITY;
+    for (uint32_t k = 0; k < count; k++) highest = greater(highest, v3_dot(normal, v[k]));
+    for (uint32_t j = 0; j < b->source_count; j++) lowest = lesser(lowest, v3_dot(normal, b->source[j]));
+    return highest - lowest <= rounding;
+}
+
+bool bundle_narrow(Bundle *b, const KellerScene *scene, uint32_t face)
+{
+    const KellerFace *f = &scene->faces[face];
+    double rounding = 0, low = INFINITY, high = -INFINITY, on = 4 * scene->contact; /* of the sources over the plane */
+    for (uint32_t j = 0; j < b->source_count; j++) {
+        double h = v3_dot(f->normal, b->source[j]) - f->offset;
+        low = lesser(low, h);
+        high = greater(high, h);
+        rounding = greater(rounding, path_rounding(scene, b->source[j]));
+    }
+    if (!(low > on || high < -on)) return true;
+    if (!window_cut(&b->window, low > on ? f->normal : v3_scale(f->normal, -1))) return false;
+    if (f->triangle_end - f->triangle_begin > NARROW_TRIANGLES) return true;
+    KellerVec3 v[3 * NARROW_TRIANGLES];
+    uint32_t count = 0;
+    for (uint32_t i = f->triangle_begin; i < f->triangle_end; i++)
+        for (int k = 0; k < 3; k++) v[count++] = scene->vertices[scene->triangles[scene->face_triangles[i]][k]];
+    for (uint32_t i = f->triangle_begin; i < f->triangle_end; i++)
+        for (uint32_t k = 0; k < 3; k++) {
+            if (!(scene->triangle_border[scene->face_triangles[i]] >> k & 1)) continue;
+            const KellerVec3 *corner = &v[3 * (i - f->triangle_begin)];
+            for (uint32_t j = 0; j < b->source_count; j++) {
+                KellerVec3 n;
+                if (!plane_through(b->source[j], corner[k], corner[(k + 1) % 3], rounding, &n)) continue;
+                if (!behind(b, n, count, v, rounding)) n = v3_scale(n, -1);
+                if (!behind(b, n, count, v, rounding)) continue;
+                if (!window_cut(&b->window, n)) return false;
+                break;
+            }
+        }
+    return true;
+}
+
+bool bundle_part(const BundleTest *t, KellerVec3 a, KellerVec3 b, double *from, double *to)
+{
+    const Window *w = &t->bundle->window;
+    KellerVec3 l = v3_sub(b, a);
+    double loose = greater(slack(t, a), slack(t, b));
+    for (uint32_t i = 0; i < w->count; i++) {
+        double start = v3_dot(w->side[i], a) - t->support[i] - loose, rise = v3_dot(w->side[i], l);
+        if (rise > 0) *to = lesser(*to, -start / rise);
+        else if (rise < 0) *from = greater(*from, -start / rise);
+        else if (start > 0) return false;
+    }
+    return *from <= *to;
+}
+
+bool bundle_crossing(const Bundle *b, const KellerFace *f, KellerVec3 origin, KellerVec3 along, KellerRange *range, double *steep)
+{
+    const double least = 1e-6; /* sine */
+    *range = (KellerRange){INFINITY, -INFINITY};
+    *steep = INFINITY;
+    for (uint32_t k = 0; k < b->window.count; k++) {
+        KellerVec3 d = b->window.corner[k];
+        double down = v3_dot(f->normal, d), z = v3_dot(along, d);
+        *steep = lesser(*steep, fabs(down));
+        for (uint32_t j = 0; j < b->source_count; j++) {
+            double t = (f->offset - v3_dot(f->normal, b->source[j])) / down;
+            if (!(fabs(down) > least && t > 0)) return false;
+            double at = v3_dot(along, v3_sub(b->source[j], origin)) + t * z;
+            *range = (KellerRange){lesser(range->near, at), greater(range->far, at)};
+        }
+    }
+    return true;
+}
+
+void bundle_mirror(Bundle *b, const KellerFace *f)
+{
+    for (uint32_t j = 0; j < b->source_count; j++) b->source[j] = v3_mirror_point(b->source[j], f->normal, f->offset);
+    for (uint32_t i = 0; i < b->window.count; i++) {
+        b->window.corner[i] = v3_mirror_direction(b->window.corner[i], f->normal);
+        b->window.side[i] = v3_mirror_direction(b->window.side[i], f->normal);
+    }
+}
