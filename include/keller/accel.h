@@ -1,7 +1,8 @@
 /* keller/accel.h -- finding the triangles and edges that a ray, a segment or a cone meets.
  *
  * Three structures behind one interface: "kdtree" (SAH k-d tree, Wald and Havran 2006), "bvh" (binary hierarchy by binned SAH)
- * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3). They answer alike: a query never misses
+ * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3); "+mask" after the last two gives every box
+ * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). They answer alike: a query never misses
  * what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports nothing else. Ties are
  * broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
  * relative to the scene's middle, rounded outwards; what they leave is decided in double precision on the caller's vertices.
@@ -43,10 +44,19 @@ typedef enum {
     KELLER_ORDER_MIDPOINT           /* the box's middle, projected on the directrix */
 } KellerAccelOrder;
 
-/* How. All zero is a good default. The last three concern cones on bvh and bvh8: what was measured best is the default, the
+/* Masks of "bvh+mask" and "bvh8+mask" (Yoshimura and Harada 2023). All zero is a good default; it changes no answer. */
+typedef struct {
+    int resolution;                 /* cells along each axis of a box: 4 (0) or 6 */
+    int levels;                     /* 0: only leaves have masks; n > 0: nodes too, made from the masks n levels below; -1: made
+                                       from all that is below */
+    bool compressed;                /* 256 masks stand for all: a byte a box in place of 8, or of 48 */
+    bool table;                     /* passages of rays by table, not exactly */
+} KellerMaskOptions;
+
+/* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the default, the
  * others are there to be measured against (docs/performance.md). */
 typedef struct {
-    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8" */
+    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "auto+mask" */
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
     double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
     int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
@@ -54,9 +64,10 @@ typedef struct {
     int contained;                  /* look for boxes that a cone contains, to pass by all tests below them (section 4.2): 0: for
                                        cones wide enough, 1: always, -1: never */
     bool leaf_boxes;                /* before a leaf, the accurate test of its box (section 4.3) */
+    KellerMaskOptions masks;
 } KellerAccelOptions;
 
-/* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). Free with keller_accel_free. */
+/* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name, or number of cells). Free with keller_accel_free. */
 KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
                               KellerError *error);
 /* The same over a scene's triangles and wedges (edge i is wedge i). The scene must outlive it. */

@@ -8,7 +8,7 @@
 /* Times the size: from farther away single precision loses too much. */
 #define FAR 2
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask};
 
 /* ---- what the trees are built from ------------------------------------------------------------------------------- */
 
@@ -46,13 +46,19 @@ static int corners_of(const Parts *p, uint32_t ref, KellerVec3 v[3])
     return ref < a->input.triangle_count ? 3 : 2;
 }
 
+static int local_corners(void *context, uint32_t ref, KellerVec3 v[3])
+{
+    const Parts *p = context;
+    int count = corners_of(p, ref, v);
+    for (int j = 0; j < count; j++) v[j] = v3_sub(v[j], p->accel->middle);
+    return count;
+}
+
 /* A triangle's edges lie in the parts of the triangle. */
 static void clip(void *context, uint32_t ref, int axis, float lower, float upper, AccelBox *part)
 {
-    const Parts *p = context;
     KellerVec3 v[3];
-    int count = corners_of(p, ref, v);
-    for (int j = 0; j < count; j++) v[j] = v3_sub(v[j], p->accel->middle);
+    int count = local_corners(context, ref, v);
     if (count == 3) sah_clip_triangle(v[0], v[1], v[2], axis, lower, upper, part);
     else sah_clip_segment(v[0], v[1], axis, lower, upper, part);
 }
@@ -101,9 +107,11 @@ static const TreeKind *automatic(void) { return &tree_bvh8; }
 static const TreeKind *kind_of(const char *name, KellerError *error)
 {
     if (!name || strcmp(name, "auto") == 0) return automatic();
+    if (strcmp(name, "auto+mask") == 0) return &tree_bvh8_mask;
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
-    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh or bvh8", name);
+    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh or bvh8, "
+                 "or bvh+mask or bvh8+mask", name);
     return NULL;
 }
 
@@ -142,7 +150,7 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerErr
         }
         TreeInput in = {.count = count, .boxes = boxes, .clip = clip, .clip_context = &parts,
                         .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
-                        .threads = o->threads};
+                        .threads = o->threads, .corners = local_corners, .masks = o->masks};
         status = count ? a->kind->build(&in, &a->tree, &leaves, error) : KELLER_OK;
         free(boxes);
     } else {

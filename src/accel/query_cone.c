@@ -221,7 +221,8 @@ static void walk(Query *q)
         seen_start(&seen);
     }
     uint64_t *nodes = &q->work->nodes;
-    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes);
+    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes, false);
+    else if (a->kind == &tree_bvh8_mask && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes, true);
     else a->kind->walk(a->tree, &q->lanes, &how, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);
     q->seen = NULL;

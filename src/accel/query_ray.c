@@ -138,7 +138,8 @@ static const WalkHow plain_walk = {0};
         const KellerAccel *a_ = (q)->accel;                                                                            \
         uint64_t *nodes_ = &(q)->work->nodes;                                                                          \
         if (!a_->triangles) break;                                                                                     \
-        if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_);                                 \
+        if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, false);                          \
+        else if (a_->kind == &tree_bvh8_mask) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, true);                 \
         else a_->kind->walk(a_->tree, lanes, &plain_walk, visit, q, nodes_);                                                 \
     } while (0)
 

@@ -42,7 +42,7 @@ static void same_as_naive(void **state)
         uint32_t size = s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : s % 4 ? 20 + random_u32(&r) % 100 : random_u32(&r) % 600;
         Model m = model_make((ModelKind)(s % MODEL_KINDS), size, &r);
         KellerAccel *accel[2 * STRUCTURES];
-        for (int a = 0; a < 2 * STRUCTURES; a++) accel[a] = nexthit_accel(&m.in, structures[a % STRUCTURES], a < 2 ? 0 : 0.5);
+        for (int a = 0; a < 2 * STRUCTURES; a++) accel[a] = nexthit_accel(&m.in, structures[a % STRUCTURES], a < STRUCTURES ? 0 : 0.5);
         Hit *room = malloc((m.in.triangle_count + 1) * sizeof *room);
         for (uint32_t i = 0; i < each; i++) {
             KellerCone cone = model_cone(&m, i, &r);
