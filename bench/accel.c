@@ -28,7 +28,7 @@
 #include "embree_peer.h"
 #include "geom/cone_lanes.h"
 
-static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask"};
+static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
 enum { STRUCTURES = sizeof all_structures / sizeof *all_structures, PLAIN = 3 }; /* the first ones by default */
 static const char *const queries[] = {"nearest", "any", "all", "walk"};
 static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};

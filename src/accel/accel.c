@@ -8,7 +8,7 @@
 /* Times the size: from farther away single precision loses too much. */
 #define FAR 2
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask, &tree_dacrt};
 
 /* ---- what the trees are built from ------------------------------------------------------------------------------- */
 
@@ -110,8 +110,8 @@ static const TreeKind *kind_of(const char *name, KellerError *error)
     if (strcmp(name, "auto+mask") == 0) return &tree_bvh8_mask;
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
-    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh or bvh8, "
-                 "or bvh+mask or bvh8+mask", name);
+    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh, "
+                 "bvh8, bvh+mask, bvh8+mask or dacrt", name);
     return NULL;
 }
 

@@ -92,7 +92,7 @@ static inline bool lanes_plain(const KellerConeLanes *c)
     return plain;
 }
 
-extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8, tree_bvh_mask, tree_bvh8_mask;
+extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8, tree_bvh_mask, tree_bvh8_mask, tree_dacrt;
 
 /* The binary tree that the hierarchies are made from, leaves no larger than a block. Free with sah_free. */
 KellerStatus binary_tree(const TreeInput *input, SahTree *tree, KellerError *error);

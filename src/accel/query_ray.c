@@ -1,7 +1,5 @@
 /* Rays. Leaves are tested in single precision (ray8.h). Of a nearest hit only what may be nearer than the nearest sure one is
  * decided in double precision; any sure hit answers a shadow query. */
-#include <omp.h>
-
 #include "accel/bvh8.h"
 #include "accel/ray8.h"
 #include "base/number.h"
@@ -180,23 +178,6 @@ bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec
     WALK(&q, &lanes, visit_all);
     if (q.seen) seen_end(&seen);
     return q.found;
-}
-
-void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const KellerVec3 *origins,
-                               const KellerVec3 *directions, KellerRange clip, KellerRayHit *hits, int threads,
-                               KellerAccelWork *work)
-{
-    uint64_t nodes = 0, triangles = 0;
-#pragma omp parallel for schedule(dynamic, 256) reduction(+ : nodes, triangles) num_threads(threads > 0 ? threads : omp_get_max_threads())
-    for (size_t i = 0; i < count; i++) {
-        KellerAccelWork own = {0};
-        if (!keller_accel_ray_nearest(accel, origins[i], directions[i], clip, &hits[i], &own))
-            hits[i] = (KellerRayHit){INFINITY, KELLER_NONE};
-        nodes += own.nodes;
-        triangles += own.triangles;
-    }
-    work->nodes += nodes;
-    work->triangles += triangles;
 }
 
 /* ---- segments ---------------------------------------------------------------------------------------------------- */
