@@ -101,12 +101,19 @@ static void measure(KellerAccel *a)
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried. */
-static const TreeKind *automatic(void) { return &tree_bvh8; }
-
-static const TreeKind *kind_of(const char *name, KellerError *error)
+/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried, but for batches of fewer rays than
+ * there are triangles its building takes longer than to divide and conquer. */
+static const TreeKind *automatic(const KellerAccelInput *input, const KellerAccelOptions *o)
 {
-    if (!name || strcmp(name, "auto") == 0) return automatic();
+    const double cone = 8; /* rays that one costs as much as, without a structure */
+    double asked = (double)o->rays + cone * (double)o->cones;
+    return asked > 0 && asked < input->triangle_count ? &tree_dacrt : &tree_bvh8;
+}
+
+static const TreeKind *kind_of(const KellerAccelInput *input, const KellerAccelOptions *o, KellerError *error)
+{
+    const char *name = o->name;
+    if (!name || strcmp(name, "auto") == 0) return automatic(input, o);
     if (strcmp(name, "auto+mask") == 0) return &tree_bvh8_mask;
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
@@ -122,6 +129,7 @@ static KellerStatus attach(const KellerAccel *a, Attached *attached, KellerError
 {
     const uint32_t(*edges)[2] = a->input.edges, count = a->input.edge_count;
     uint32_t(*ends)[2] = NULL;
+    if (a->kind == &tree_dacrt) return spread_edges(a->input.triangle_count, count, attached, error);
     if (a->scene) {
         ends = malloc(((size_t)count + 1) * sizeof *ends);
         if (!ends) return keller_error_memory(error, ((size_t)count + 1) * sizeof *ends);
@@ -143,7 +151,7 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerErr
     Leaves leaves = {0};
     AccelBox *boxes = malloc(((size_t)count + 1) * sizeof *boxes);
     if (boxes) {
-        for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t i = 0; i < count && a->kind != &tree_dacrt; i++) { /* which has no use for them */
             KellerVec3 v[3];
             int corners = corners_of(&parts, i, v);
             boxes[i] = box_of(a, v, corners);
@@ -167,7 +175,7 @@ static KellerStatus build(const KellerAccelInput *input, const KellerAccelOption
                           uint32_t *wedge, uint32_t *begin, KellerAccel **accel, KellerError *error)
 {
     *accel = NULL;
-    const TreeKind *kind = kind_of(o->name, error);
+    const TreeKind *kind = kind_of(input, o, error);
     KellerAccel *a = kind ? calloc(1, sizeof *a) : NULL;
     if (!a) {
         free(wedge);

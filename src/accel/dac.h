@@ -11,8 +11,9 @@
 #include "accel/sah_split.h"
 
 enum {
-    DAC_FEW = 24,                   /* primitives that are not parted any more */
+    DAC_FEW = 16,                   /* primitives that are not parted any more */
     DAC_ASKERS = 2,                 /* rays or cones for which primitives are not parted any more */
+    DAC_CARE = 2,                   /* so many times more askers than primitives: by the surface-area heuristic, not the mean */
     DAC_HALVE = 64,                 /* below, sides are even by count */
     DAC_DEPTH = DAC_HALVE + 32
 };
@@ -28,8 +29,9 @@ typedef struct {
 /* The triangles, or the edges, of an accelerator of kind tree_dacrt; refs has room for all. */
 DacSet dac_triangles(const KellerAccel *accel, SahRef *refs);
 DacSet dac_edges(const KellerAccel *accel, SahRef *refs);
-/* Parts a set of two or more in two, in place. Returns the axis; low: what has its middles before on it. */
-int dac_part(const DacSet *set, DacSet *low, DacSet *high);
+/* Parts a set of two or more in two, in place. Returns the axis; low: what has its middles before on it. Of what many ask, the more
+ * carefully: `askers` of them. */
+int dac_part(const DacSet *set, size_t askers, DacSet *low, DacSet *high);
 AccelBox dac_box(const DacSet *set);
 /* Up to eight triangles, or edges, of the set from number `first` on, in a block; the rest of it repeats the last. */
 void dac_triangle_block(const KellerAccel *accel, const DacSet *set, uint32_t first, TriangleBlock *block);

@@ -80,12 +80,21 @@ static void test_block(const Cones *c, uint32_t query, const TriangleBlock *tria
 {
     Asker *asker = &c->askers[query];
     _Alignas(32) float near[8], last[8];
-    uint32_t contained, mask = edges ? keller_cone_meets_edge8(&asker->lanes, edges->corner, near, last, &contained)
-                                     : keller_cone_meets_triangle8(&asker->lanes, triangles->corner, near, last, &contained);
+    _Alignas(32) float at[8];
+    uint32_t contained, mask, pierced = 0;
+    if (edges) mask = keller_cone_meets_edge8(&asker->lanes, edges->corner, near, last, &contained);
+    else if (c->hits && !cone_lanes_wide(&asker->lanes)) mask = keller_cone_pierces_triangle8(&asker->lanes, triangles->corner, near, last, &pierced, at);
+    else mask = keller_cone_meets_triangle8(&asker->lanes, triangles->corner, near, last, &contained);
+    for (; pierced; pierced &= pierced - 1) shorten(asker, (double)at[__builtin_ctz(pierced)]);
     const uint32_t *ids = edges ? edges->id : triangles->id;
     *(edges ? &c->work->edges : &c->work->triangles) += lanes_used(ids);
-    for (; mask; mask &= mask - 1) {
+    while (mask) {
         int i = __builtin_ctz(mask);
+        for (uint32_t rest = c->hits ? mask & (mask - 1) : 0; rest; rest &= rest - 1) { /* the nearest first, and the others need not be */
+            int k = __builtin_ctz(rest);
+            if (near[k] < near[i]) i = k;
+        }
+        mask &= ~(1u << i);
         KellerVec3 v[3];
         if (ids[i] == KELLER_NONE || (double)near[i] > asker->clip.far) continue;
         if (edges) edge_in(c->accel, edges, i, v);
@@ -117,7 +126,7 @@ static void divide(const Cones *c, const DacSet *set, size_t count)
         return;
     }
     DacSet side[2];
-    int axis = dac_part(set, &side[0], &side[1]);
+    int axis = dac_part(set, count, &side[0], &side[1]);
     size_t down = 0, asked = count < 16 ? count : 16; /* which way most run: of a sample */
     for (size_t i = 0; i < asked; i++) down += c->askers[c->order[i * count / asked]].lanes.enter_rate[axis] < 0;
     int first = 2 * down > asked;

@@ -107,7 +107,50 @@ static DacSet side_of(const DacSet *set, const Sides *s, int side, uint32_t firs
     return (DacSet){set->refs + first, count, s->box[side], f4_mul(s->sum[side], f4_set1(1 / (float)count)), set->depth + 1};
 }
 
-int dac_part(const DacSet *set, DacSet *low, DacSet *high)
+/* Brings to the front what has its middle, twice, before `plane`; returns how many. */
+static uint32_t bring(const DacSet *set, int axis, float plane)
+{
+    SahRef *refs = set->refs;
+    uint32_t k = 0;
+    for (uint32_t i = 0; i < set->count; i++) { /* without a branch: it would be guessed wrong every other time */
+        f8 here = sah_bounds(&refs[i]), other = sah_bounds(&refs[k]);
+        bool in = refs[i].upper[axis] - refs[i].negative[axis] < plane;
+        f8_store((float *)&refs[i], other);
+        f8_store((float *)&refs[k], here);
+        k += in;
+    }
+    return k;
+}
+
+/* The plane of least cost by the surface-area heuristic, in the doubled coordinates of the middles; INFINITY: none. */
+static float least_cost(const DacSet *set, int *axis)
+{
+    enum { BINS = 16 };
+    SahBins bins;
+    SahSplit best = {.cost = INFINITY};
+    f4 low = f4_mul(f4_low(set->box), f4_set1(-2)), high = f4_mul(f4_high(set->box), f4_set1(2));
+    SahGrid grid = sah_grid(low, high, BINS);
+    SahMeasure measure = sah_measure(set->box, 0);
+    sah_bins_clear(&bins, BINS);
+    for (uint32_t i = 0; i < set->count; i++) {
+        f8 bounds = sah_bounds(&set->refs[i]);
+        int32_t place[4];
+        i4_store(place, f4_to_i4(sah_place(&grid, sah_center(bounds))));
+        for (int k = 0; k < 3; k++) {
+            bins.enter[place[k]][k]++;
+            bins.box[place[k]][k] = f8_max(bounds, bins.box[place[k]][k]);
+        }
+    }
+    sah_choose(&bins, (const int32_t (*)[4])bins.enter, BINS, &measure, sah_chance1(&measure, set->box), 8, (int32_t)set->count, 0, &best);
+    if (!(best.cost < INFINITY)) return INFINITY;
+    float from[4], to[4];
+    f4_store(from, low);
+    f4_store(to, high);
+    *axis = best.axis;
+    return from[best.axis] + (to[best.axis] - from[best.axis]) * ((float)best.bin / BINS);
+}
+
+int dac_part(const DacSet *set, size_t askers, DacSet *low, DacSet *high)
 {
     float extent[4], middle[4];
     f4_store(extent, f4_add(f4_low(set->box), f4_high(set->box)));
@@ -115,16 +158,12 @@ int dac_part(const DacSet *set, DacSet *low, DacSet *high)
     int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0 : extent[1] >= extent[2] ? 1 : 2;
     Sides s = {{f8_set1(-INFINITY), f8_set1(-INFINITY)}, {f4_set1(0), f4_set1(0)}};
     uint32_t k = 0, n = set->count;
-    if (set->depth < DAC_HALVE) {
-        SahRef *refs = set->refs;
-        for (uint32_t i = 0; i < n; i++) { /* without a branch: it would be guessed wrong every other time */
-            f8 here = sah_bounds(&refs[i]), other = sah_bounds(&refs[k]);
-            bool in = refs[i].upper[axis] - refs[i].negative[axis] < middle[axis];
-            f8_store((float *)&refs[i], other);
-            f8_store((float *)&refs[k], here);
-            k += in;
-        }
+    float plane = middle[axis];
+    if (askers > DAC_CARE * (size_t)n) {
+        float best = least_cost(set, &axis);
+        plane = best < INFINITY ? best : plane;
     }
+    if (set->depth < DAC_HALVE) k = bring(set, axis, plane);
     if (k == 0 || k == n) k = n / 2;
     for (uint32_t i = 0; i < n; i++) take(&s, i >= k, sah_bounds(&set->refs[i]));
     *low = side_of(set, &s, 0, 0, k);

@@ -88,7 +88,7 @@ static const Help verbs[] = {
      "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
      "                         neither objects nor materials\n"
      "      --force            replace an existing file, but never the scene to convert\n"},
-    {"bench", "keller bench cone|accel|masks|accuracy|nexthit|stability [--csv] [options]",
+    {"bench", "keller bench cone|accel|masks|batch|accuracy|nexthit|stability [--csv] [options]",
      "Runs a suite of measurements and prints its table; the times are of one thread.\n"
      "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
      "  --cases N              cases for each test; default: 1e8\n"
@@ -98,7 +98,8 @@ static const Help verbs[] = {
      "  --time-only            no comparisons\n"
      "  accel: the accelerators' queries with rays and cones\n"
      "  --scene FILE           a scene; --random N: N random triangles; --hair N: N hairs; each may be given again\n"
-     "  --structure NAME       only this one: kdtree, bvh, bvh8, bvh+mask, bvh8+mask; may be given again\n"
+     "  --structure NAME       only this one: kdtree, bvh, bvh8, bvh+mask, bvh8+mask, dacrt; may be given\n"
+     "                         again\n"
      "  --query NAME, --half-angle DEG, --queries N, --seed N\n"
      "                         only these queries; how many; of the random numbers\n"
      "  --spatial SHARE, --cost RATIO\n"
@@ -109,6 +110,11 @@ static const Help verbs[] = {
      "                         as for accel\n"
      "  --structure NAME       the tree below: bvh, or bvh8, the default\n"
      "  --queries N, --seed N  how many; of the random numbers\n"
+     "  batch: so many rays or cones from nothing to the last answer, by dacrt and by building bvh8\n"
+     "  --scene FILE, --random N, --hair N\n"
+     "                         as for accel\n"
+     "  --queries N, --half-angle DEG, --seed N\n"
+     "                         at most so many; cones in place of rays; of the random numbers\n"
      "  accuracy: fields against exact solutions\n"
      "  --truth FOLDER         of the tables of exact fields; default: ../shared/truth\n"
      "  --curves FOLDER        also writes the curves behind the pictures of docs/accuracy.md\n"

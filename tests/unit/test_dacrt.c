@@ -61,6 +61,11 @@ static World *world_of(ModelKind kind, uint32_t count, Random *r)
         w->cones[i] = model_cone(&w->model, i, r);
         w->origins[i] = w->cones[i].origin;
         w->directions[i] = v3_scale(w->cones[i].directrix, i % 5 ? 1 : 0.3);
+        if (i % 200 < 100) continue;
+        /* packets: of one origin, narrow and wide ones, of 34 to 100 rays */
+        w->origins[i] = w->origins[i - i % (i % 400 < 200 ? 100 : 34)];
+        w->directions[i] = v3_madd(w->directions[i - i % 100], random_unit(r), i % 600 < 200 ? 0.03 : 0.4);
+        if (v3_norm(w->directions[i]) == 0) w->directions[i] = v3(1, 0, 0);
     }
     return w;
 }
@@ -208,6 +213,26 @@ static void hostile(void **state)
     }
 }
 
+/* "auto" takes dacrt where little is asked, and said to be. */
+static void chosen(void **state)
+{
+    (void)state;
+    static const struct {
+        size_t rays, cones;
+        const char *name;
+    } jobs[] = {{0, 0, "bvh8"}, {10, 0, "dacrt"}, {0, 10, "dacrt"}, {99, 0, "dacrt"}, {100, 0, "bvh8"}, {0, 13, "bvh8"}};
+    Random r = {4};
+    Model m = model_make(MODEL_SPREAD, 100, &r);
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {
+        KellerAccel *accel;
+        KellerAccelOptions o = {.name = i % 2 ? "auto" : NULL, .rays = jobs[i].rays, .cones = jobs[i].cones};
+        assert_int_equal(keller_accel_new(&m.in, &o, &accel, NULL), KELLER_OK);
+        assert_string_equal(keller_accel_name(accel), jobs[i].name);
+        keller_accel_free(accel);
+    }
+    model_free(&m);
+}
+
 /* Without memory the queries are asked one by one. */
 static void without_memory(void **state)
 {
@@ -264,7 +289,8 @@ static void watertight(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_as_others), cmocka_unit_test(hostile), cmocka_unit_test(without_memory), cmocka_unit_test(watertight),
+        cmocka_unit_test(same_as_others), cmocka_unit_test(hostile),    cmocka_unit_test(chosen),
+        cmocka_unit_test(without_memory), cmocka_unit_test(watertight),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
