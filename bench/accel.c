@@ -34,15 +34,14 @@ static const char *const queries[] = {"nearest", "any", "all", "walk"};
 static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};
 static const char *const kinds[] = {"primary", "random"};
 static const double half_angles[] = {-1, 1e-5, 0.1, 0.5, 5, 15};
-enum { NEAREST, ANY, EVERY, WALK, QUERIES, KINDS = 2, ANGLES = 6, MOST = 16, RAW = 300000 };
+enum { NEAREST, ANY, EVERY, WALK, QUERIES, KINDS = 2, ANGLES = 6, RAW = 300000, MOST = 16 };
 
 typedef struct {
     bool csv, peer;
-    const char *scenes[MOST], *structures[MOST], *query, *kind;
-    uint32_t randoms[MOST], hairs[MOST];
-    int scene_count, random_count, hair_count, structure_count;
-    double queries, half_angle;
-    uint64_t seed;
+    AccelScenes scenes;
+    const char *structures[MOST], *query, *kind;
+    int structure_count;
+    double half_angle;
     KellerAccelOptions how;
 } Options;
 
@@ -62,7 +61,7 @@ static int which(const char *const *names, int count, const char *name)
 
 static Set make_set(const Options *o, const AccelBench *b, int kind, double half_angle, bool eccentric)
 {
-    return accel_set_make(b, o->queries, o->seed, kind, half_angle, eccentric);
+    return accel_set_make(b, o->scenes.queries, o->scenes.seed, kind, half_angle, eccentric);
 }
 
 static bool count_ray(void *context, KellerRayHit hit)
@@ -238,13 +237,14 @@ static KellerStatus measure(const Options *o, const AccelBench *b, const char *n
     return KELLER_OK;
 }
 
-static KellerStatus measure_all(const Options *o, AccelBench *b, KellerStatus status, KellerError *error)
+static KellerStatus measure_all(void *context, const AccelBench *b, KellerError *error)
 {
+    const Options *o = context;
     PeerTimes peer[2];
-    bool compared = status == KELLER_OK && o->peer && b->in.triangle_count > 0 && measure_peer(o, b, peer);
-    for (int i = 0; status == KELLER_OK && i < o->structure_count && b->in.triangle_count > 0; i++)
+    KellerStatus status = KELLER_OK;
+    bool compared = o->peer && measure_peer(o, b, peer);
+    for (int i = 0; status == KELLER_OK && i < o->structure_count; i++)
         status = measure(o, b, o->structures[i], compared ? peer : NULL, error);
-    accel_bench_free(b);
     return status;
 }
 
@@ -260,38 +260,20 @@ static int wrong_usage(const char *what, const char *text)
     return 2;
 }
 
-static bool number(const char *text, double least, double most, bool whole, double *value)
-{
-    char *end;
-    *value = strtod(text, &end); /* 1e6 is fine */
-    return end != text && !*end && *value >= least && *value <= most && (!whole || *value == floor(*value));
-}
-
 static int parse(int argc, char **argv, Options *o)
 {
     for (int i = 1; i < argc; i++) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "";
-        double v;
-        if (strcmp(name, "--csv") == 0) {
-            o->csv = true;
-            continue;
-        }
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
+        int words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
+        if (words < 0) return wrong_usage(wrong, value);
+        i += words > 1;
+        if (words > 0) continue;
         if (strcmp(name, "--leaf-boxes") == 0) {
             o->how.leaf_boxes = true;
             continue;
         }
         i++;
-        if (strcmp(name, "--scene") == 0) {
-            if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
-            o->scenes[o->scene_count++] = value;
-        } else if (strcmp(name, "--random") == 0) {
-            if (o->random_count == MOST || !number(value, 1, 1e8, true, &v))
-                return wrong_usage("not a number of triangles:", value);
-            o->randoms[o->random_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--hair") == 0) {
-            if (o->hair_count == MOST || !number(value, 1, 1e6, true, &v)) return wrong_usage("not a number of strands:", value);
-            o->hairs[o->hair_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--structure") == 0) {
+        if (strcmp(name, "--structure") == 0) {
             bool known = strcmp(value, "auto") == 0 || which(all_structures, STRUCTURES, value) >= 0;
             if (!known || o->structure_count == MOST) return wrong_usage("unknown structure", value);
             o->structures[o->structure_count++] = value;
@@ -310,18 +292,13 @@ static int parse(int argc, char **argv, Options *o)
             if (o->how.contained < 0 && strcmp(value, "no") != 0) return wrong_usage("neither yes nor no:", value);
         } else if (strcmp(name, "--half-angle") == 0) {
             bool known = false;
-            if (!number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
+            if (!accel_number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
             for (int k = 0; k < ANGLES; k++) known |= half_angles[k] == o->half_angle;
             if (!known) return wrong_usage("not a half-angle of the table:", value);
-        } else if (strcmp(name, "--queries") == 0) {
-            if (!number(value, 1, 1e9, true, &o->queries)) return wrong_usage("not a whole number:", value);
-        } else if (strcmp(name, "--seed") == 0) {
-            if (!number(value, 0, 1e15, true, &v)) return wrong_usage("not a whole number:", value);
-            o->seed = (uint64_t)v;
         } else if (strcmp(name, "--spatial") == 0) {
-            if (!number(value, 0, 10, false, &o->how.spatial)) return wrong_usage("not a share:", value);
+            if (!accel_number(value, 0, 10, false, &o->how.spatial)) return wrong_usage("not a share:", value);
         } else if (strcmp(name, "--cost") == 0) {
-            if (!number(value, 0, 1e6, false, &o->how.cost_ratio)) return wrong_usage("not a ratio:", value);
+            if (!accel_number(value, 0, 1e6, false, &o->how.cost_ratio)) return wrong_usage("not a ratio:", value);
         } else if (strcmp(name, "--peer") == 0) {
             if (strcmp(value, "embree") != 0) return wrong_usage("unknown peer", value);
             if (!peer_there()) {
@@ -334,7 +311,7 @@ static int parse(int argc, char **argv, Options *o)
             return wrong_usage("unknown option", name);
         }
     }
-    if (o->scene_count + o->random_count + o->hair_count == 0)
+    if (accel_scenes_none(&o->scenes))
         return wrong_usage("nothing to measure:", "expected --scene, --random or --hair");
     for (int k = 0, none = o->structure_count == 0; none && k < PLAIN; k++) o->structures[o->structure_count++] = all_structures[k];
     return 0;
@@ -342,19 +319,12 @@ static int parse(int argc, char **argv, Options *o)
 
 int main(int argc, char **argv)
 {
-    Options o = {.queries = 100000, .seed = 1, .half_angle = NAN};
+    Options o = {.scenes = {.queries = 100000, .seed = 1}, .half_angle = NAN};
     int wrong = parse(argc, argv, &o);
     if (wrong) return wrong;
     print_head(&o);
-    KellerStatus status = KELLER_OK;
     KellerError error;
-    AccelBench b;
-    for (int i = 0; i < o.scene_count && status == KELLER_OK; i++)
-        status = measure_all(&o, &b, accel_bench_read(o.scenes[i], RAW, &b, &error), &error);
-    for (int i = 0; i < o.random_count && status == KELLER_OK; i++)
-        status = measure_all(&o, &b, accel_bench_random(o.randoms[i], &b, &error), &error);
-    for (int i = 0; i < o.hair_count && status == KELLER_OK; i++)
-        status = measure_all(&o, &b, accel_bench_hair(o.hairs[i], &b, &error), &error);
+    KellerStatus status = accel_scenes_measure(&o.scenes, measure_all, &o, &error);
     if (status != KELLER_OK) fprintf(stderr, "keller-bench-accel: %s\n", error.message);
     return status == KELLER_OK ? 0 : 1;
 }

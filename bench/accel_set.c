@@ -1,6 +1,7 @@
 #include "accel_set.h"
 
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "../tests/unit/random.h"
@@ -62,4 +63,63 @@ void accel_set_free(Set *s)
     free(s->origins);
     free(s->directions);
     free(s->cones);
+}
+
+/* ---- scenes ------------------------------------------------------------------------------------------------------ */
+
+enum { RAW = 300000 }; /* triangles; of larger files no model is made */
+
+bool accel_number(const char *text, double least, double most, bool whole, double *value)
+{
+    char *end;
+    *value = strtod(text, &end); /* 1e6 is fine */
+    return end != text && !*end && *value >= least && *value <= most && (!whole || *value == floor(*value));
+}
+
+int accel_scenes_option(AccelScenes *s, bool *csv, const char *name, const char *value, const char **wrong)
+{
+    double v;
+    if (strcmp(name, "--csv") == 0) {
+        *csv = true;
+        return 1;
+    }
+    if (strcmp(name, "--scene") == 0) {
+        *wrong = "too many scenes:";
+        if (s->scene_count == ACCEL_MOST) return -1;
+        s->scenes[s->scene_count++] = value;
+        return 2;
+    }
+    if (strcmp(name, "--queries") == 0 || strcmp(name, "--seed") == 0) {
+        bool queries = name[2] == 'q';
+        *wrong = "not a whole number:";
+        if (!accel_number(value, queries ? 1 : 0, queries ? 1e9 : 1e15, true, &v)) return -1;
+        if (queries) s->queries = v;
+        else s->seed = (uint64_t)v;
+        return 2;
+    }
+    bool random = strcmp(name, "--random") == 0;
+    if (!random && strcmp(name, "--hair") != 0) return 0;
+    int *count = random ? &s->random_count : &s->hair_count;
+    *wrong = random ? "not a number of triangles:" : "not a number of strands:";
+    if (*count == ACCEL_MOST || !accel_number(value, 1, random ? 1e8 : 1e6, true, &v)) return -1;
+    (random ? s->randoms : s->hairs)[(*count)++] = (uint32_t)v;
+    return 2;
+}
+
+bool accel_scenes_none(const AccelScenes *s) { return s->scene_count + s->random_count + s->hair_count == 0; }
+
+KellerStatus accel_scenes_measure(const AccelScenes *s, AccelMeasure measure, void *context, KellerError *error)
+{
+    KellerStatus status = KELLER_OK;
+    int all = s->scene_count + s->random_count + s->hair_count;
+    for (int i = 0; i < all && status == KELLER_OK; i++) {
+        AccelBench b;
+        int random = i - s->scene_count, hair = random - s->random_count;
+        if (random < 0) status = accel_bench_read(s->scenes[i], RAW, &b, error);
+        else if (hair < 0) status = accel_bench_random(s->randoms[random], &b, error);
+        else status = accel_bench_hair(s->hairs[hair], &b, error);
+        if (status == KELLER_OK && b.in.triangle_count > 0) status = measure(context, &b, error);
+        accel_bench_free(&b);
+    }
+    return status;
 }

@@ -16,17 +16,14 @@
 
 #include "accel_set.h"
 
-enum { MOST = 16, RAW = 300000, TIMES = 3, STRUCTURES = 2 };
+enum { TIMES = 3, STRUCTURES = 2 };
 static const char *const structures[STRUCTURES] = {"bvh8", "dacrt"};
 static const char *const kinds[] = {"primary", "random"};
 
 typedef struct {
     bool csv;
-    const char *scenes[MOST];
-    uint32_t randoms[MOST], hairs[MOST];
-    int scene_count, random_count, hair_count;
-    double queries, half_angle;
-    uint64_t seed;
+    AccelScenes scenes;
+    double half_angle;
 } Options;
 
 typedef struct {
@@ -59,8 +56,8 @@ static KellerStatus job(const AccelBench *b, const char *name, const Set *s, boo
 static KellerStatus measure_kind(const Options *o, const AccelBench *b, int kind, KellerError *error)
 {
     bool rays = o->half_angle < 0;
-    for (double n = 10; n <= o->queries; n *= 10) {
-        Set s = accel_set_make(b, n, o->seed, kind, -1, false);
+    for (double n = 10; n <= o->scenes.queries; n *= 10) {
+        Set s = accel_set_make(b, n, o->scenes.seed, kind, -1, false);
         void *hits = malloc((s.count + 1) * sizeof(KellerConeHit));
         Times t[STRUCTURES];
         size_t bytes = 0;
@@ -82,11 +79,10 @@ static KellerStatus measure_kind(const Options *o, const AccelBench *b, int kind
     return KELLER_OK;
 }
 
-static KellerStatus measure(const Options *o, AccelBench *b, KellerStatus status, KellerError *error)
+static KellerStatus measure(void *context, const AccelBench *b, KellerError *error)
 {
-    for (int kind = 0; kind < 2 && status == KELLER_OK; kind++) status = measure_kind(o, b, kind, error);
-    accel_bench_free(b);
-    return status;
+    KellerStatus status = measure_kind(context, b, 0, error);
+    return status == KELLER_OK ? measure_kind(context, b, 1, error) : status;
 }
 
 static int wrong_usage(const char *what, const char *text)
@@ -98,63 +94,32 @@ static int wrong_usage(const char *what, const char *text)
     return 2;
 }
 
-static bool number(const char *text, double least, double most, double *value)
-{
-    char *end;
-    *value = strtod(text, &end);
-    return end != text && !*end && *value >= least && *value <= most;
-}
-
 static int parse(int argc, char **argv, Options *o)
 {
-    for (int i = 1; i < argc; i++) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "";
-        double v;
-        if (strcmp(name, "--csv") == 0) {
-            o->csv = true;
-            continue;
-        }
-        i++;
-        if (strcmp(name, "--scene") == 0) {
-            if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
-            o->scenes[o->scene_count++] = value;
-        } else if (strcmp(name, "--random") == 0) {
-            if (o->random_count == MOST || !number(value, 1, 1e8, &v)) return wrong_usage("not a number of triangles:", value);
-            o->randoms[o->random_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--hair") == 0) {
-            if (o->hair_count == MOST || !number(value, 1, 1e6, &v)) return wrong_usage("not a number of strands:", value);
-            o->hairs[o->hair_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--queries") == 0) {
-            if (!number(value, 10, 1e8, &o->queries)) return wrong_usage("not a number of queries:", value);
-        } else if (strcmp(name, "--half-angle") == 0) {
-            if (!number(value, -1, 80, &o->half_angle)) return wrong_usage("not a half-angle:", value);
-        } else if (strcmp(name, "--seed") == 0) {
-            if (!number(value, 0, 1e15, &v)) return wrong_usage("not a number:", value);
-            o->seed = (uint64_t)v;
+    for (int i = 1, words; i < argc; i += words) {
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
+        words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
+        if (words < 0) return wrong_usage(wrong, value);
+        if (words > 0) continue;
+        words = 2;
+        if (strcmp(name, "--half-angle") == 0) {
+            if (!accel_number(value, -1, 80, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
         } else {
             return wrong_usage("unknown option", name);
         }
     }
-    if (o->scene_count + o->random_count + o->hair_count > 0) return 0;
-    return wrong_usage("nothing to measure:", "expected --scene, --random or --hair");
+    return accel_scenes_none(&o->scenes) ? wrong_usage("nothing to measure:", "expected --scene, --random or --hair") : 0;
 }
 
 int main(int argc, char **argv)
 {
-    Options o = {.queries = 1e6, .seed = 1, .half_angle = -1};
+    Options o = {.scenes = {.queries = 1e6, .seed = 1}, .half_angle = -1};
     int wrong = parse(argc, argv, &o);
     if (wrong) return wrong;
     printf(o.csv ? "scene,triangles,kind,half_angle_deg,queries,bvh8_build_ms,bvh8_ms,dacrt_build_ms,dacrt_ms,ratio,dacrt_bytes\n"
                  : "scene         triangles kind      angle   queries  bvh8 new       ask dacrt new       ask    ratio      bytes\n");
-    KellerStatus status = KELLER_OK;
     KellerError error;
-    AccelBench b;
-    for (int i = 0; i < o.scene_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_read(o.scenes[i], RAW, &b, &error), &error);
-    for (int i = 0; i < o.random_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_random(o.randoms[i], &b, &error), &error);
-    for (int i = 0; i < o.hair_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_hair(o.hairs[i], &b, &error), &error);
+    KellerStatus status = accel_scenes_measure(&o.scenes, measure, &o, &error);
     if (status != KELLER_OK) fprintf(stderr, "keller-bench-batch: %s\n", error.message);
     return status == KELLER_OK ? 0 : 1;
 }

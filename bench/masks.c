@@ -7,7 +7,7 @@
  *   masks             none; leaves (what is built by default: no masks but those of leaves, exact passages), ideal (exact passages, masks of all primitives), table (passages of rays by table), L1 to L5 (exact
  *                     passages, masks from so many levels below), compressed (of L3)
  *   R                 cells along an axis
- *   kind, half_angle_deg   as in keller bench accel; rays (-1): nearest, cones: all
+ *   kind, half_angle_deg   as in keller bench accel; rays (-1): nearest; for none and leaves also cones: all
  *   nodes, triangles  tested, per query; ratio: of their sum, over that without masks
  *   ratio_time        of a query's time, over that without masks
  *   build_ms, bytes_per_triangle
@@ -19,9 +19,9 @@
 
 #include "accel_set.h"
 
-enum { MOST = 16, RAW = 300000, KINDS = 2, ANGLES = 3 };
+enum { KINDS = 2, ANGLES = 6 };
 
-static const double half_angles[ANGLES] = {-1, 0.1, 5};
+static const double half_angles[ANGLES] = {-1, 1e-5, 0.1, 0.5, 5, 15};
 static const char *const kinds[KINDS] = {"primary", "random"};
 
 typedef struct {
@@ -42,11 +42,8 @@ enum { VARIANTS = sizeof variants / sizeof *variants };
 
 typedef struct {
     bool csv;
-    const char *scenes[MOST], *structure;
-    uint32_t randoms[MOST], hairs[MOST];
-    int scene_count, random_count, hair_count;
-    double queries;
-    uint64_t seed;
+    AccelScenes scenes;
+    const char *structure;
 } Options;
 
 static double ignore(void *context, uint32_t primitive, KellerRange range)
@@ -93,10 +90,10 @@ static void measure_variant(const Options *o, const AccelBench *b, const KellerA
 {
     const KellerAccel *const accel[2] = {bare, masked};
     for (int kind = 0; kind < KINDS; kind++)
-        for (int angle = 0; angle < ANGLES; angle++) {
+        for (int angle = 0; angle < (R == 0 || strcmp(name, "leaves") == 0 ? ANGLES : 1); angle++) {
             KellerAccelWork work[2] = {{0}, {0}};
             double seconds[2];
-            Set s = accel_set_make(b, o->queries, o->seed, kind, half_angles[angle], false);
+            Set s = accel_set_make(b, o->scenes.queries, o->scenes.seed, kind, half_angles[angle], false);
             both(accel, &s, half_angles[angle] < 0, work, seconds);
             const double n[2] = {(double)work[1].nodes / (double)s.count, (double)work[1].triangles / (double)s.count};
             double ratio = (double)(work[1].nodes + work[1].triangles) / (double)(work[0].nodes + work[0].triangles);
@@ -106,14 +103,14 @@ static void measure_variant(const Options *o, const AccelBench *b, const KellerA
         }
 }
 
-static KellerStatus measure(const Options *o, AccelBench *b, KellerStatus status, KellerError *error)
+static KellerStatus measure(void *context, const AccelBench *b, KellerError *error)
 {
+    const Options *o = context;
     char masked_name[16];
     KellerAccel *bare = NULL;
     double start = accel_now();
     snprintf(masked_name, sizeof masked_name, "%s+mask", o->structure);
-    if (status == KELLER_OK)
-        status = keller_accel_new(&b->in, &(KellerAccelOptions){.name = o->structure, .threads = 1}, &bare, error);
+    KellerStatus status = keller_accel_new(&b->in, &(KellerAccelOptions){.name = o->structure, .threads = 1}, &bare, error);
     if (status == KELLER_OK) measure_variant(o, b, bare, bare, "none", 0, accel_now() - start);
     for (int R = 4; R <= 6; R += 2)
         for (int i = 0; i < VARIANTS && status == KELLER_OK; i++) {
@@ -126,7 +123,6 @@ static KellerStatus measure(const Options *o, AccelBench *b, KellerStatus status
             keller_accel_free(masked);
         }
     keller_accel_free(bare);
-    accel_bench_free(b);
     return status;
 }
 
@@ -139,64 +135,33 @@ static int wrong_usage(const char *what, const char *text)
     return 2;
 }
 
-static bool whole(const char *text, double most, double *value)
-{
-    char *end;
-    *value = strtod(text, &end);
-    return end != text && !*end && *value >= 1 && *value <= most && *value == floor(*value);
-}
-
 static int parse(int argc, char **argv, Options *o)
 {
-    for (int i = 1; i < argc; i++) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "";
-        double v;
-        if (strcmp(name, "--csv") == 0) {
-            o->csv = true;
-            continue;
-        }
-        i++;
-        if (strcmp(name, "--scene") == 0) {
-            if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
-            o->scenes[o->scene_count++] = value;
-        } else if (strcmp(name, "--random") == 0) {
-            if (o->random_count == MOST || !whole(value, 1e8, &v)) return wrong_usage("not a number of triangles:", value);
-            o->randoms[o->random_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--hair") == 0) {
-            if (o->hair_count == MOST || !whole(value, 1e6, &v)) return wrong_usage("not a number of strands:", value);
-            o->hairs[o->hair_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--structure") == 0) {
+    for (int i = 1, words; i < argc; i += words) {
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
+        words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
+        if (words < 0) return wrong_usage(wrong, value);
+        if (words > 0) continue;
+        words = 2;
+        if (strcmp(name, "--structure") == 0) {
             o->structure = value;
             if (strcmp(value, "bvh") != 0 && strcmp(value, "bvh8") != 0) return wrong_usage("neither bvh nor bvh8:", value);
-        } else if (strcmp(name, "--queries") == 0) {
-            if (!whole(value, 1e9, &o->queries)) return wrong_usage("not a whole number:", value);
-        } else if (strcmp(name, "--seed") == 0) {
-            if (!whole(value, 1e15, &v)) return wrong_usage("not a whole number:", value);
-            o->seed = (uint64_t)v;
         } else {
             return wrong_usage("unknown option", name);
         }
     }
-    if (o->scene_count + o->random_count + o->hair_count > 0) return 0;
-    return wrong_usage("nothing to measure:", "expected --scene, --random or --hair");
+    return accel_scenes_none(&o->scenes) ? wrong_usage("nothing to measure:", "expected --scene, --random or --hair") : 0;
 }
 
 int main(int argc, char **argv)
 {
-    Options o = {.queries = 100000, .seed = 1, .structure = "bvh8"};
+    Options o = {.scenes = {.queries = 100000, .seed = 1}, .structure = "bvh8"};
     int wrong = parse(argc, argv, &o);
     if (wrong) return wrong;
     printf(o.csv ? "scene,structure,masks,R,kind,half_angle_deg,nodes,triangles,ratio,ratio_time,build_ms,bytes_per_triangle\n"
                  : "scene          tree  masks        R kind      angle     nodes triangles   ratio    time  build_ms   B/tri\n");
-    KellerStatus status = KELLER_OK;
     KellerError error;
-    AccelBench b;
-    for (int i = 0; i < o.scene_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_read(o.scenes[i], RAW, &b, &error), &error);
-    for (int i = 0; i < o.random_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_random(o.randoms[i], &b, &error), &error);
-    for (int i = 0; i < o.hair_count && status == KELLER_OK; i++)
-        status = measure(&o, &b, accel_bench_hair(o.hairs[i], &b, &error), &error);
+    KellerStatus status = accel_scenes_measure(&o.scenes, measure, &o, &error);
     if (status != KELLER_OK) fprintf(stderr, "keller-bench-masks: %s\n", error.message);
     return status == KELLER_OK ? 0 : 1;
 }
