@@ -5,7 +5,8 @@
  *                           [--order slabs|exact|directrix|midpoint] [--contained yes|no] [--leaf-boxes]
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
- *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask; with --peer also embree (its fast mode) and embree-robust
+ *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, dacrt; with --peer also embree (its fast mode)
+ *                       and embree-robust
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
  *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
  *                       walk (only when asked for): what of `all` is spent on the way to the leaves, which are not looked into
@@ -254,8 +255,8 @@ static int wrong_usage(const char *what, const char *text)
 {
     fprintf(stderr,
             "keller-bench-accel: %s \"%s\"; usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... "
-            "[--hair STRANDS]... [--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] "
-            "[--cost RATIO] [--peer embree] [--order NAME] [--contained yes|no] [--leaf-boxes]\n",
+            "[--hair STRANDS]... [--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG] [--queries N] "
+            "[--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree] [--order NAME] [--contained yes|no] [--leaf-boxes]\n",
             what, text);
     return 2;
 }

@@ -68,7 +68,8 @@ static KellerStatus measure_kind(const Options *o, const AccelBench *b, int kind
             status = job(b, structures[k], &s, rays, hits, &t[k], &bytes, error);
         free(hits);
         if (status == KELLER_OK) {
-            printf(o->csv ? "%s,%u,%s,%g,%zu,%.4g,%.4g,%.4g,%.4g,%.3f,%zu\n" : "%-14s %8u %-8s %6g %9zu %9.4g %9.4g %9.4g %9.4g %8.3f %10zu\n",
+            printf(o->csv ? "%s,%u,%s,%g,%zu,%.4g,%.4g,%.4g,%.4g,%.3f,%zu\n"
+                          : "%-14s %8u %-8s %6g %9zu %9.4g %9.4g %9.4g %9.4g %8.3f %10zu\n",
                    b->name, b->in.triangle_count, kinds[kind], o->half_angle, s.count, t[0].build * 1e3, t[0].ask * 1e3,
                    t[1].build * 1e3, t[1].ask * 1e3, (t[1].build + t[1].ask) / (t[0].build + t[0].ask), bytes);
             fflush(stdout);

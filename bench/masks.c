@@ -4,8 +4,9 @@
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted, the structure without
  * masks measured again beside each row. Columns:
- *   masks             none; leaves (what is built by default: no masks but those of leaves, exact passages), ideal (exact passages, masks of all primitives), table (passages of rays by table), L1 to L5 (exact
- *                     passages, masks from so many levels below), compressed (of L3)
+ *   masks             none; leaves (what is built by default: no masks but those of leaves, exact passages), ideal (exact
+ *                     passages, masks of all primitives), table (passages of rays by table), L1 to L5 (exact passages, masks
+ *                     from so many levels below), compressed (of L3)
  *   R                 cells along an axis
  *   kind, half_angle_deg   as in keller bench accel; rays (-1): nearest; for none and leaves also cones: all
  *   nodes, triangles  tested, per query; ratio: of their sum, over that without masks
@@ -80,7 +81,8 @@ static void both(const KellerAccel *const accel[2], const Set *s, bool rays, Kel
 static void print_row(const Options *o, const AccelBench *b, const char *name, int R, const char *kind, double half_angle,
                       const double n[2], double ratio, double ratio_time, double build, double bytes)
 {
-    printf(o->csv ? "%s,%s,%s,%d,%s,%g,%.4g,%.4g,%.3f,%.3f,%.4g,%.1f\n" : "%-14s %-5s %-11s %2d %-8s %6g %9.4g %9.4g %7.3f %7.3f %9.4g %7.1f\n",
+    printf(o->csv ? "%s,%s,%s,%d,%s,%g,%.4g,%.4g,%.3f,%.3f,%.4g,%.1f\n"
+                  : "%-14s %-5s %-11s %2d %-8s %6g %9.4g %9.4g %7.3f %7.3f %9.4g %7.1f\n",
            b->name, o->structure, name, R, kind, half_angle, n[0], n[1], ratio, ratio_time, build * 1e3, bytes);
     fflush(stdout);
 }

@@ -2,10 +2,10 @@
  *
  * Three structures behind one interface: "kdtree" (SAH k-d tree, Wald and Havran 2006), "bvh" (binary hierarchy by binned SAH)
  * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3); "+mask" after the last two gives every box
- * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). A fourth, "dacrt", is none: it answers batches by divide
- * and conquer (Mora 2011), and a query alone by a loop over all, for jobs too small to build for. They answer alike: a query never misses
- * what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports nothing else. Ties are
- * broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
+ * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). A fourth, "dacrt", is none: it answers batches by
+ * divide and conquer (Mora 2011), and a query alone by a loop over all, for jobs too small to build for. They answer alike: a
+ * query never misses what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports
+ * nothing else. Ties are broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
  * relative to the scene's middle, rounded outwards; what they leave is decided in double precision on the caller's vertices.
  *
  * Read-only once built: any number of threads may query. */
@@ -54,8 +54,8 @@ typedef struct {
     bool table;                     /* passages of rays by table, not exactly */
 } KellerMaskOptions;
 
-/* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the default, the
- * others are there to be measured against (docs/performance.md). */
+/* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the
+ * default, the others are there to be measured against (docs/performance.md). */
 typedef struct {
     const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "auto+mask", "dacrt" */
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */

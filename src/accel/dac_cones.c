@@ -83,14 +83,15 @@ static void test_block(const Cones *c, uint32_t query, const TriangleBlock *tria
     _Alignas(32) float at[8];
     uint32_t contained, mask, pierced = 0;
     if (edges) mask = keller_cone_meets_edge8(&asker->lanes, edges->corner, near, last, &contained);
-    else if (c->hits && !cone_lanes_wide(&asker->lanes)) mask = keller_cone_pierces_triangle8(&asker->lanes, triangles->corner, near, last, &pierced, at);
+    else if (c->hits && !cone_lanes_wide(&asker->lanes))
+        mask = keller_cone_pierces_triangle8(&asker->lanes, triangles->corner, near, last, &pierced, at);
     else mask = keller_cone_meets_triangle8(&asker->lanes, triangles->corner, near, last, &contained);
     for (; pierced; pierced &= pierced - 1) shorten(asker, (double)at[__builtin_ctz(pierced)]);
     const uint32_t *ids = edges ? edges->id : triangles->id;
     *(edges ? &c->work->edges : &c->work->triangles) += lanes_used(ids);
     while (mask) {
         int i = __builtin_ctz(mask);
-        for (uint32_t rest = c->hits ? mask & (mask - 1) : 0; rest; rest &= rest - 1) { /* the nearest first, and the others need not be */
+        for (uint32_t rest = c->hits ? mask & (mask - 1) : 0; rest; rest &= rest - 1) { /* the nearest first */
             int k = __builtin_ctz(rest);
             if (near[k] < near[i]) i = k;
         }

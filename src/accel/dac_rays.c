@@ -109,7 +109,8 @@ static void test_block(const Rays *r, const Ray8 *ray, const TriangleBlock *bloc
         KellerVec3 v[3];
         if (hit.triangle == KELLER_NONE || low[i] > asker->far) continue;
         triangle_in(r->accel, block, i, v);
-        if (!keller_ray_triangle(&exact, v[0], v[1], v[2], (KellerRange){r->clip.near, lesser(r->clip.far, best->t)}, &hit.t, NULL)) continue;
+        KellerRange clip = {r->clip.near, lesser(r->clip.far, best->t)};
+        if (!keller_ray_triangle(&exact, v[0], v[1], v[2], clip, &hit.t, NULL)) continue;
         if (hit.t < best->t || hit.triangle < best->triangle) *best = hit;
         float nearer = float_up(best->t);
         asker->far = nearer < asker->far ? nearer : asker->far;
@@ -249,7 +250,8 @@ void dac_rays_nearest(const KellerAccel *a, void *memory, size_t count, const Ke
 {
     SahRef *refs = memory;
     Asker *rays = (Asker *)(void *)(refs + a->input.triangle_count);
-    Rays r = {a, origins, directions, clip, hits, float_down(clip.near), 0, rays, rays + count, (Packet *)(void *)(rays + 2 * count), work};
+    Packet *room = (Packet *)(void *)(rays + 2 * count);
+    Rays r = {a, origins, directions, clip, hits, float_down(clip.near), 0, rays, rays + count, room, work};
     double most = 0;
     size_t packets;
     for (size_t i = 0; i < count; i++) {

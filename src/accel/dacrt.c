@@ -13,7 +13,8 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
 {
     uint32_t blocks = (uint32_t)(((uint64_t)in->count + 7) / 8);
     Blocks *b = malloc(sizeof *b);
-    *leaves = (Leaves){blocks, malloc(((size_t)blocks + 1) * sizeof *leaves->begin), malloc(((size_t)in->count + 1) * sizeof *leaves->refs)};
+    *leaves = (Leaves){blocks, malloc(((size_t)blocks + 1) * sizeof *leaves->begin),
+                       malloc(((size_t)in->count + 1) * sizeof *leaves->refs)};
     *tree = b;
     if (!b || !leaves->begin || !leaves->refs) {
         free(b);
@@ -141,7 +142,8 @@ static float least_cost(const DacSet *set, int *axis)
             bins.box[place[k]][k] = f8_max(bounds, bins.box[place[k]][k]);
         }
     }
-    sah_choose(&bins, (const int32_t (*)[4])bins.enter, BINS, &measure, sah_chance1(&measure, set->box), 8, (int32_t)set->count, 0, &best);
+    sah_choose(&bins, (const int32_t (*)[4])bins.enter, BINS, &measure, sah_chance1(&measure, set->box), 8, (int32_t)set->count, 0,
+               &best);
     if (!(best.cost < INFINITY)) return INFINITY;
     float from[4], to[4];
     f4_store(from, low);

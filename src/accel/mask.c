@@ -156,9 +156,9 @@ void mask_add_child(int R, const AccelBox *box, const AccelBox *child, const Mas
 
 /* ---- passages ---------------------------------------------------------------------------------------------------- */
 
-/* The plane of a cell, (a + j h - c) r, is off by 17 u M |r|, with u = 2^-24 and M as in cone_lanes.c: 2 u M for the difference, 3 u
- * (M + M) for the side and its share, 6 u M for products and the sum, and 3 u M for h. The slack of a ray is 8 u M, of which the test of the box
- * has taken 6 already; that of a cone 64 u M. Three more of it are enough for both. */
+/* The plane of a cell, (a + j h - c) r, is off by 17 u M |r|, with u = 2^-24 and M as in cone_lanes.c: 2 u M for the
+ * difference, 3 u (M + M) for the side and its share, 6 u M for products and the sum, and 3 u M for h. The slack of a ray is
+ * 8 u M, of which the test of the box has taken 6 already; that of a cone 64 u M. Three more of it are enough for both. */
 #define PADS 3
 
 MaskFrustum mask_frustum(const KellerConeLanes *c)

@@ -246,8 +246,8 @@ static void cull_no_hit(void **state)
         double spatial = s % 5 == 2 ? 0.5 : 0;
         KellerAccel *bare, *masked;
         assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = bare_name, .spatial = spatial}, &bare, NULL), KELLER_OK);
-        assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = masked_name, .spatial = spatial, .masks = how[s / MODEL_KINDS]},
-                                          &masked, NULL), KELLER_OK);
+        KellerAccelOptions o = {.name = masked_name, .spatial = spatial, .masks = how[s / MODEL_KINDS]};
+        assert_int_equal(keller_accel_new(&m.in, &o, &masked, NULL), KELLER_OK);
         for (uint64_t q = 0; q < each; q++) {
             KellerCone c = model_cone(&m, (uint32_t)q, &r);
             KellerRange clip = {q % 2 ? random_in(&r, 0, 4) : 0, q % 3 == 1 ? random_in(&r, 4, 20) : INFINITY};
