@@ -55,7 +55,7 @@ measure walk $munich --kind primary --query walk --queries 50000
 
 classroom="--scene $scenes/indoor/classroom/scene.xml" city="--scene $cities/city-100000.obj" million="--scene $cities/city-1000000.obj"
 measure_with "$build/bench/keller-bench-masks" masks $munich $classroom $city --hair 10000 --queries 30000
-measure_with "$build/bench/keller-bench-masks" masks-bvh $munich --hair 10000 --structure bvh --queries 30000
+measure_with "$build/bench/keller-bench-masks" masks-bvh $munich --hair 1000 --structure bvh --queries 10000
 if [ ! -s "$results/batch.csv" ]; then
     batch=$build/bench/keller-bench-batch
     measure_with "$batch" batch-munich $munich --queries 1e7

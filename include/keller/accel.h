@@ -111,7 +111,7 @@ void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const Kel
                                const KellerVec3 *directions, KellerRange clip, KellerRayHit *hits, int threads,
                                KellerAccelWork *work);
 
-/* Bytes that such a batch allocates while it runs, at once: 0 but for "dacrt", which takes 32 a triangle and thread and 75 a ray;
+/* Bytes that such a batch allocates while it runs, at once: 0 but for "dacrt", which takes 32 a triangle and thread and some 74 a ray;
  * the same for keller_accel_cones_nearest and, with one thread, keller_accel_cones: 32 a triangle or eighth of a block of edges,
  * and some 180 a cone. Where they are not to be had, the queries are asked one by one. */
 size_t keller_accel_rays_bytes(const KellerAccel *accel, size_t count, int threads);
