@@ -1,11 +1,12 @@
 /* keller-bench-accel -- how long the accelerators' queries take, and what they do meanwhile.
  *
- * usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... [--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG]
- *                           [--queries N] [--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree]
+ * usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... [--hair STRANDS]... [--structure NAME]... [--query NAME] [--kind NAME]
+ *                           [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree]
  *                           [--order slabs|exact|directrix|midpoint] [--contained yes|no] [--leaf-boxes]
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
- *   structure           kdtree, bvh, bvh8; with --peer also embree (its fast mode) and embree-robust
+ *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, dacrt; with --peer also embree (its fast mode)
+ *                       and embree-robust
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
  *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
  *                       walk (only when asked for): what of `all` is spent on the way to the leaves, which are not looked into
@@ -22,59 +23,32 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-#include "../tests/unit/random.h"
 #include "accel/leaf.h"
-#include "accel_input.h"
-#include "base/number.h"
+#include "accel_set.h"
 #include "embree_peer.h"
 #include "geom/cone_lanes.h"
 
-static const char *const all_structures[] = {"kdtree", "bvh", "bvh8"};
+static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
+enum { STRUCTURES = sizeof all_structures / sizeof *all_structures, PLAIN = 3 }; /* the first ones by default */
 static const char *const queries[] = {"nearest", "any", "all", "walk"};
 static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};
 static const char *const kinds[] = {"primary", "random"};
 static const double half_angles[] = {-1, 1e-5, 0.1, 0.5, 5, 15};
-enum { NEAREST, ANY, EVERY, WALK, QUERIES, KINDS = 2, ANGLES = 6, PASSES = 5, MOST = 16, RAW = 300000 };
+enum { NEAREST, ANY, EVERY, WALK, QUERIES, KINDS = 2, ANGLES = 6, RAW = 300000, MOST = 16 };
 
 typedef struct {
     bool csv, peer;
-    const char *scenes[MOST], *structures[MOST], *query, *kind;
-    uint32_t randoms[MOST];
-    int scene_count, random_count, structure_count;
-    double queries, half_angle;
-    uint64_t seed;
+    AccelScenes scenes;
+    const char *structures[MOST], *query, *kind;
+    int structure_count;
+    double half_angle;
     KellerAccelOptions how;
 } Options;
 
 typedef struct {
     double seconds[2], build;    /* of a ray of each kind; of the build */
 } PeerTimes;
-
-typedef struct {
-    size_t count;
-    KellerVec3 *origins, *directions;
-    KellerCone *cones;
-} Set;
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static double median(double v[PASSES])
-{
-    for (int i = 1; i < PASSES; i++)
-        for (int j = i; j > 0 && v[j - 1] > v[j]; j--) {
-            double t = v[j];
-            v[j] = v[j - 1];
-            v[j - 1] = t;
-        }
-    return v[PASSES / 2];
-}
 
 /* Which of the names; -1: none. */
 static int which(const char *const *names, int count, const char *name)
@@ -86,44 +60,9 @@ static int which(const char *const *names, int count, const char *name)
 
 /* ---- queries ----------------------------------------------------------------------------------------------------- */
 
-/* Fewer of those that take longer. */
-static size_t how_many(const Options *o, double half_angle)
-{
-    double share = half_angle < 0 ? 1 : half_angle < 0.3 ? 0.1 : half_angle < 1 ? 0.05 : half_angle < 10 ? 0.005 : 0.001;
-    double side = floor(sqrt(greater(16, o->queries * share)));
-    return (size_t)(side * side);
-}
-
 static Set make_set(const Options *o, const AccelBench *b, int kind, double half_angle, bool eccentric)
 {
-    Set s = {.count = how_many(o, half_angle)};
-    s.origins = malloc(s.count * sizeof *s.origins);
-    s.directions = malloc(s.count * sizeof *s.directions);
-    s.cones = malloc(s.count * sizeof *s.cones);
-    if (!s.origins || !s.directions || !s.cones) abort();
-    Random r = {o->seed};
-    size_t side = (size_t)(sqrt((double)s.count) + 0.5);
-    for (size_t i = 0; i < s.count; i++) {
-        double u[3];
-        for (int k = 0; k < 3; k++) u[k] = kind ? random_in(&r, 0, 1) : 0.5;
-        s.origins[i] = v3(b->lower.x + u[0] * (b->upper.x - b->lower.x), b->lower.y + u[1] * (b->upper.y - b->lower.y),
-                          b->lower.z + u[2] * (b->upper.z - b->lower.z));
-        double x = 2 * ((double)(i % side) + random_in(&r, 0, 1)) / (double)side - 1;
-        double y = 2 * ((double)(i / side) + random_in(&r, 0, 1)) / (double)side - 1;
-        KellerVec3 d = s.directions[i] = kind ? random_unit(&r) : v3_unit(v3(1, x, y));
-        double eccentricity = eccentric ? random_in(&r, 0, 0.99) : 0, turn = random_in(&r, 0, M_PI);
-        KellerVec3 major = v3_perpendicular(d);
-        major = v3_add(v3_scale(major, cos(turn)), v3_scale(v3_cross(d, major), sin(turn)));
-        s.cones[i] = keller_cone_elliptic(s.origins[i], d, major, greater(half_angle, 0) * M_PI / 180, eccentricity, 0);
-    }
-    return s;
-}
-
-static void free_set(Set *s)
-{
-    free(s->origins);
-    free(s->directions);
-    free(s->cones);
+    return accel_set_make(b, o->scenes.queries, o->scenes.seed, kind, half_angle, eccentric);
 }
 
 static bool count_ray(void *context, KellerRayHit hit)
@@ -224,21 +163,21 @@ static bool measure_peer(const Options *o, const AccelBench *b, PeerTimes times[
             peer = peer_new(b->in.triangle_count, b->in.vertices, b->in.triangles, middle_of(b), robust, &build[i]);
             if (!peer) return false;
         }
-        times[robust].build = median(build);
+        times[robust].build = accel_median(build);
         for (int kind = 0; kind < KINDS; kind++) {
             Set s = make_set(o, b, kind, -1, false);
             size_t hits = peer_nearest(peer, s.count, s.origins, s.directions);
             for (int i = 0; i < PASSES; i++) {
-                double start = now();
+                double start = accel_now();
                 peer_nearest(peer, s.count, s.origins, s.directions);
-                seconds[i] = now() - start;
+                seconds[i] = accel_now() - start;
             }
-            double each = times[robust].seconds[kind] = median(seconds) / (double)s.count;
+            double each = times[robust].seconds[kind] = accel_median(seconds) / (double)s.count;
             double ratio[2] = {each / times[0].seconds[kind], robust ? 1 : 0};
             double work[4] = {0, 0, 0, (double)hits / (double)s.count};
             print_row(o, b, robust ? "embree-robust" : "embree", "nearest", kinds[kind], -1, "0", each * 1e6, work,
                       times[robust].build * 1e3, 0, ratio);
-            free_set(&s);
+            accel_set_free(&s);
         }
         peer_free(peer);
     }
@@ -255,11 +194,11 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
         uint64_t hits = pass(accel, s, query, half_angles[angle] < 0, &work);
         for (int i = 0; i < PASSES; i++) {
             KellerAccelWork again = {0};
-            double start = now();
+            double start = accel_now();
             pass(accel, s, query, half_angles[angle] < 0, &again);
-            seconds[i] = now() - start;
+            seconds[i] = accel_now() - start;
         }
-        double each = median(seconds) / n, ratio[2] = {0, 0};
+        double each = accel_median(seconds) / n, ratio[2] = {0, 0};
         for (int i = 0; i < 2 && peer; i++) ratio[i] = each / peer[i].seconds[kind];
         const double done[4] = {(double)work.nodes / n, (double)work.triangles / n, (double)work.edges / n, (double)hits / n};
         print_row(o, b, keller_accel_name(accel), queries[query], kinds[kind], half_angles[angle], eccentric ? "random" : "0",
@@ -281,31 +220,32 @@ static KellerStatus measure(const Options *o, const AccelBench *b, const char *n
             continue;
         }
         keller_accel_free(accel);
-        double start = now();
+        double start = accel_now();
         KellerStatus status = keller_accel_new(&b->in, &options, &accel, error);
-        build[i] = now() - start;
+        build[i] = accel_now() - start;
         if (status != KELLER_OK) return status;
     }
-    double each = median(build);
+    double each = accel_median(build);
     for (int kind = 0; kind < KINDS; kind++)
         for (int angle = 0; angle < ANGLES && !(o->kind && kind != which(kinds, KINDS, o->kind)); angle++)
             for (int eccentric = 0; eccentric < (half_angles[angle] < 0 ? 1 : 2); eccentric++) {
                 if (!isnan(o->half_angle) && half_angles[angle] != o->half_angle) continue;
                 Set s = make_set(o, b, kind, half_angles[angle], eccentric);
                 measure_set(o, b, accel, &s, kind, angle, eccentric, each, peer);
-                free_set(&s);
+                accel_set_free(&s);
             }
     keller_accel_free(accel);
     return KELLER_OK;
 }
 
-static KellerStatus measure_all(const Options *o, AccelBench *b, KellerStatus status, KellerError *error)
+static KellerStatus measure_all(void *context, const AccelBench *b, KellerError *error)
 {
+    const Options *o = context;
     PeerTimes peer[2];
-    bool compared = status == KELLER_OK && o->peer && b->in.triangle_count > 0 && measure_peer(o, b, peer);
-    for (int i = 0; status == KELLER_OK && i < o->structure_count && b->in.triangle_count > 0; i++)
+    KellerStatus status = KELLER_OK;
+    bool compared = o->peer && measure_peer(o, b, peer);
+    for (int i = 0; status == KELLER_OK && i < o->structure_count; i++)
         status = measure(o, b, o->structures[i], compared ? peer : NULL, error);
-    accel_bench_free(b);
     return status;
 }
 
@@ -315,42 +255,27 @@ static int wrong_usage(const char *what, const char *text)
 {
     fprintf(stderr,
             "keller-bench-accel: %s \"%s\"; usage: keller-bench-accel [--csv] [--scene FILE]... [--random N]... "
-            "[--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG] [--queries N] [--seed N] [--spatial SHARE] "
-            "[--cost RATIO] [--peer embree] [--order NAME] [--contained yes|no] [--leaf-boxes]\n",
+            "[--hair STRANDS]... [--structure NAME]... [--query NAME] [--kind NAME] [--half-angle DEG] [--queries N] "
+            "[--seed N] [--spatial SHARE] [--cost RATIO] [--peer embree] [--order NAME] [--contained yes|no] [--leaf-boxes]\n",
             what, text);
     return 2;
-}
-
-static bool number(const char *text, double least, double most, bool whole, double *value)
-{
-    char *end;
-    *value = strtod(text, &end); /* 1e6 is fine */
-    return end != text && !*end && *value >= least && *value <= most && (!whole || *value == floor(*value));
 }
 
 static int parse(int argc, char **argv, Options *o)
 {
     for (int i = 1; i < argc; i++) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "";
-        double v;
-        if (strcmp(name, "--csv") == 0) {
-            o->csv = true;
-            continue;
-        }
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
+        int words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
+        if (words < 0) return wrong_usage(wrong, value);
+        i += words > 1;
+        if (words > 0) continue;
         if (strcmp(name, "--leaf-boxes") == 0) {
             o->how.leaf_boxes = true;
             continue;
         }
         i++;
-        if (strcmp(name, "--scene") == 0) {
-            if (o->scene_count == MOST) return wrong_usage("too many scenes:", value);
-            o->scenes[o->scene_count++] = value;
-        } else if (strcmp(name, "--random") == 0) {
-            if (o->random_count == MOST || !number(value, 1, 1e8, true, &v))
-                return wrong_usage("not a number of triangles:", value);
-            o->randoms[o->random_count++] = (uint32_t)v;
-        } else if (strcmp(name, "--structure") == 0) {
-            bool known = strcmp(value, "auto") == 0 || which(all_structures, 3, value) >= 0;
+        if (strcmp(name, "--structure") == 0) {
+            bool known = strcmp(value, "auto") == 0 || which(all_structures, STRUCTURES, value) >= 0;
             if (!known || o->structure_count == MOST) return wrong_usage("unknown structure", value);
             o->structures[o->structure_count++] = value;
         } else if (strcmp(name, "--query") == 0) {
@@ -368,18 +293,13 @@ static int parse(int argc, char **argv, Options *o)
             if (o->how.contained < 0 && strcmp(value, "no") != 0) return wrong_usage("neither yes nor no:", value);
         } else if (strcmp(name, "--half-angle") == 0) {
             bool known = false;
-            if (!number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
+            if (!accel_number(value, -1, 90, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
             for (int k = 0; k < ANGLES; k++) known |= half_angles[k] == o->half_angle;
             if (!known) return wrong_usage("not a half-angle of the table:", value);
-        } else if (strcmp(name, "--queries") == 0) {
-            if (!number(value, 1, 1e9, true, &o->queries)) return wrong_usage("not a whole number:", value);
-        } else if (strcmp(name, "--seed") == 0) {
-            if (!number(value, 0, 1e15, true, &v)) return wrong_usage("not a whole number:", value);
-            o->seed = (uint64_t)v;
         } else if (strcmp(name, "--spatial") == 0) {
-            if (!number(value, 0, 10, false, &o->how.spatial)) return wrong_usage("not a share:", value);
+            if (!accel_number(value, 0, 10, false, &o->how.spatial)) return wrong_usage("not a share:", value);
         } else if (strcmp(name, "--cost") == 0) {
-            if (!number(value, 0, 1e6, false, &o->how.cost_ratio)) return wrong_usage("not a ratio:", value);
+            if (!accel_number(value, 0, 1e6, false, &o->how.cost_ratio)) return wrong_usage("not a ratio:", value);
         } else if (strcmp(name, "--peer") == 0) {
             if (strcmp(value, "embree") != 0) return wrong_usage("unknown peer", value);
             if (!peer_there()) {
@@ -392,24 +312,20 @@ static int parse(int argc, char **argv, Options *o)
             return wrong_usage("unknown option", name);
         }
     }
-    if (o->scene_count + o->random_count == 0) return wrong_usage("nothing to measure:", "expected --scene or --random");
-    for (int k = 0, none = o->structure_count == 0; none && k < 3; k++) o->structures[o->structure_count++] = all_structures[k];
+    if (accel_scenes_none(&o->scenes))
+        return wrong_usage("nothing to measure:", "expected --scene, --random or --hair");
+    for (int k = 0, none = o->structure_count == 0; none && k < PLAIN; k++) o->structures[o->structure_count++] = all_structures[k];
     return 0;
 }
 
 int main(int argc, char **argv)
 {
-    Options o = {.queries = 100000, .seed = 1, .half_angle = NAN};
+    Options o = {.scenes = {.queries = 100000, .seed = 1}, .half_angle = NAN};
     int wrong = parse(argc, argv, &o);
     if (wrong) return wrong;
     print_head(&o);
-    KellerStatus status = KELLER_OK;
     KellerError error;
-    AccelBench b;
-    for (int i = 0; i < o.scene_count && status == KELLER_OK; i++)
-        status = measure_all(&o, &b, accel_bench_read(o.scenes[i], RAW, &b, &error), &error);
-    for (int i = 0; i < o.random_count && status == KELLER_OK; i++)
-        status = measure_all(&o, &b, accel_bench_random(o.randoms[i], &b, &error), &error);
+    KellerStatus status = accel_scenes_measure(&o.scenes, measure_all, &o, &error);
     if (status != KELLER_OK) fprintf(stderr, "keller-bench-accel: %s\n", error.message);
     return status == KELLER_OK ? 0 : 1;
 }

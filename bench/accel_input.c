@@ -137,18 +137,33 @@ KellerStatus accel_bench_random(uint32_t count, AccelBench *b, KellerError *erro
     return status;
 }
 
+static KellerStatus generated(const KellerGenerate *def, AccelBench *b, KellerError *error)
+{
+    KellerStatus status = keller_generate(def, &b->soup, error);
+    if (status != KELLER_OK) return status;
+    b->in = (KellerAccelInput){.triangle_count = (uint32_t)b->soup.triangle_count, .vertices = b->soup.vertices,
+                               .triangles = (const uint32_t (*)[3])b->soup.triangles};
+    find_box(b);
+    return KELLER_OK;
+}
+
 KellerStatus accel_bench_layers(uint32_t sheets, AccelBench *b, KellerError *error)
 {
     *b = (AccelBench){0};
     snprintf(b->name, sizeof b->name, "layers-%u", sheets);
     KellerGenerate def = keller_generate_defaults(KELLER_GENERATE_LAYERS);
     def.sheets = sheets;
-    KellerStatus status = keller_generate(&def, &b->soup, error);
-    if (status != KELLER_OK) return status;
-    b->in = (KellerAccelInput){.triangle_count = (uint32_t)b->soup.triangle_count, .vertices = b->soup.vertices,
-                               .triangles = (const uint32_t (*)[3])b->soup.triangles};
-    find_box(b);
-    return KELLER_OK;
+    return generated(&def, b, error);
+}
+
+KellerStatus accel_bench_hair(uint32_t strands, AccelBench *b, KellerError *error)
+{
+    *b = (AccelBench){0};
+    snprintf(b->name, sizeof b->name, "hair-%u", strands);
+    KellerGenerate def = keller_generate_defaults(KELLER_GENERATE_HAIR);
+    def.strands = strands;
+    KellerStatus status = generated(&def, b, error);
+    return status == KELLER_OK ? sides(b, error) : status;
 }
 
 void accel_bench_free(AccelBench *b)

@@ -19,5 +19,7 @@ KellerStatus accel_bench_read(const char *file, size_t raw, AccelBench *b, Kelle
 KellerStatus accel_bench_random(uint32_t count, AccelBench *b, KellerError *error);
 /* That many sheets behind one another (KELLER_GENERATE_LAYERS), without edges. */
 KellerStatus accel_bench_layers(uint32_t sheets, AccelBench *b, KellerError *error);
+/* That many hairs of 31 triangles (KELLER_GENERATE_HAIR): thin and slanted. With its edges. */
+KellerStatus accel_bench_hair(uint32_t strands, AccelBench *b, KellerError *error);
 void accel_bench_free(AccelBench *b);
 #endif

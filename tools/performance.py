@@ -10,6 +10,8 @@ import re
 import subprocess
 import sys
 
+import structures_table
+
 ANGLES = ["-1", "1e-05", "0.1", "0.5", "5", "15"]
 LABEL = {"-1": "ray", "1e-05": "10⁻⁵°", "0.1": "0.1°", "0.5": "0.5°", "5": "5°", "15": "15°"}
 STRUCTURES = ["kdtree", "bvh", "bvh8"]
@@ -240,7 +242,8 @@ def main():
     tables = read(results)
     draw(tables, docs)
     fill(docs, {"targets": targets(tables), "builds": builds(tables), "growth": growth(tables), "rays": rays(tables),
-                "table 1": paper(tables, "primary", "0"), "table 2": paper(tables, "random", "random"), **next_hits(results)})
+                "table 1": paper(tables, "primary", "0"), "table 2": paper(tables, "random", "random"), **next_hits(results),
+                **structures_table.structures(tables)})
 
 
 if __name__ == "__main__":

@@ -16,11 +16,15 @@ trap 'rm -rf "$cities"' EXIT
 mkdir -p "$results"
 
 measure() { # NAME ARGUMENTS...
-    name=$results/$1.csv
-    shift
+    measure_with "$bench" "$@"
+}
+
+measure_with() { # PROGRAM NAME ARGUMENTS...
+    program=$1 name=$results/$2.csv
+    shift 2
     [ -s "$name" ] && return
     echo "measuring $name" >&2
-    "$bench" --csv "$@" > "$name.part"
+    "$program" --csv "$@" > "$name.part"
     mv "$name.part" "$name"
 }
 munich="--scene $scenes/sionna/munich/munich.xml"
@@ -28,7 +32,7 @@ munich="--scene $scenes/sionna/munich/munich.xml"
 measure munich $munich --peer embree --queries 200000
 measure classroom --scene "$scenes/indoor/classroom/scene.xml" --peer embree --queries 200000
 for n in 100000 1000000; do
-    [ -s "$results/city-$n.csv" ] && continue
+    [ -s "$results/city-$n.csv" ] && [ -s "$results/masks.csv" ] && [ -s "$results/batch.csv" ] && continue
     "$keller" scene generate city --triangles $n -o "$cities/city-$n.obj"
     measure city-$n --scene "$cities/city-$n.obj" --peer embree --queries 100000
 done
@@ -48,6 +52,20 @@ done
 measure leaf-no $munich --kind primary --query all --structure bvh8 --queries 50000
 measure leaf-yes $munich --kind primary --query all --structure bvh8 --leaf-boxes --queries 50000
 measure walk $munich --kind primary --query walk --queries 50000
+
+classroom="--scene $scenes/indoor/classroom/scene.xml" city="--scene $cities/city-100000.obj" million="--scene $cities/city-1000000.obj"
+measure_with "$build/bench/keller-bench-masks" masks $munich $classroom $city --hair 10000 --queries 30000
+measure_with "$build/bench/keller-bench-masks" masks-bvh $munich --hair 1000 --structure bvh --queries 10000
+if [ ! -s "$results/batch.csv" ]; then
+    batch=$build/bench/keller-bench-batch
+    measure_with "$batch" batch-munich $munich --queries 1e7
+    measure_with "$batch" batch-rays $classroom $city $million --random 10000 --random 1000000 --hair 10000
+    measure_with "$batch" batch-thin $munich $city $million --half-angle 0.5 --queries 1e5
+    measure_with "$batch" batch-wide $munich $city --half-angle 5 --queries 1e5
+    awk 'NR == 1 || FNR > 1' "$results"/batch-munich.csv "$results"/batch-rays.csv "$results"/batch-thin.csv "$results"/batch-wide.csv \
+        > "$results/batch.csv"
+    rm "$results"/batch-*.csv
+fi
 
 nexthit=$results/nexthit.csv
 if [ ! -s "$nexthit" ]; then

@@ -1,9 +1,11 @@
 /* keller/accel.h -- finding the triangles and edges that a ray, a segment or a cone meets.
  *
  * Three structures behind one interface: "kdtree" (SAH k-d tree, Wald and Havran 2006), "bvh" (binary hierarchy by binned SAH)
- * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3). They answer alike: a query never misses
- * what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports nothing else. Ties are
- * broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
+ * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3); "+mask" after the last two gives every box
+ * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). A fourth, "dacrt", is none: it answers batches by
+ * divide and conquer (Mora 2011), and a query alone by a loop over all, for jobs too small to build for. They answer alike: a
+ * query never misses what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports
+ * nothing else. Ties are broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
  * relative to the scene's middle, rounded outwards; what they leave is decided in double precision on the caller's vertices.
  *
  * Read-only once built: any number of threads may query. */
@@ -43,10 +45,19 @@ typedef enum {
     KELLER_ORDER_MIDPOINT           /* the box's middle, projected on the directrix */
 } KellerAccelOrder;
 
-/* How. All zero is a good default. The last three concern cones on bvh and bvh8: what was measured best is the default, the
- * others are there to be measured against (docs/performance.md). */
+/* Masks of "bvh+mask" and "bvh8+mask" (Yoshimura and Harada 2023). All zero is a good default; it changes no answer. */
 typedef struct {
-    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8" */
+    int resolution;                 /* cells along each axis of a box: 4 (0) or 6 */
+    int levels;                     /* 0: only leaves have masks; n > 0: nodes too, made from the masks n levels below; -1: made
+                                       from all that is below */
+    bool compressed;                /* 256 masks stand for all: a byte a box in place of 8, or of 48 */
+    bool table;                     /* passages of rays by table, not exactly */
+} KellerMaskOptions;
+
+/* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the
+ * default, the others are there to be measured against (docs/performance.md). */
+typedef struct {
+    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "auto+mask", "dacrt" */
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
     double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
     int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
@@ -54,9 +65,12 @@ typedef struct {
     int contained;                  /* look for boxes that a cone contains, to pass by all tests below them (section 4.2): 0: for
                                        cones wide enough, 1: always, -1: never */
     bool leaf_boxes;                /* before a leaf, the accurate test of its box (section 4.3) */
+    KellerMaskOptions masks;
+    /* What will be asked, all in batches; 0, 0: not known, or much. With "auto", "dacrt" is taken for what is less than building. */
+    size_t rays, cones;
 } KellerAccelOptions;
 
-/* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name). Free with keller_accel_free. */
+/* Errors: KELLER_FAILED (memory), KELLER_BAD_INPUT (unknown name, or number of cells). Free with keller_accel_free. */
 KellerStatus keller_accel_new(const KellerAccelInput *input, const KellerAccelOptions *options, KellerAccel **accel,
                               KellerError *error);
 /* The same over a scene's triangles and wedges (edge i is wedge i). The scene must outlive it. */
@@ -97,6 +111,12 @@ void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const Kel
                                const KellerVec3 *directions, KellerRange clip, KellerRayHit *hits, int threads,
                                KellerAccelWork *work);
 
+/* Bytes that such a batch allocates while it runs, at once: 0 but for "dacrt", which takes 32 a triangle and thread and some 74 a ray;
+ * the same for keller_accel_cones_nearest and, with one thread, keller_accel_cones: 32 a triangle or eighth of a block of edges,
+ * and some 180 a cone. Where they are not to be had, the queries are asked one by one. */
+size_t keller_accel_rays_bytes(const KellerAccel *accel, size_t count, int threads);
+size_t keller_accel_cones_bytes(const KellerAccel *accel, size_t count, int threads);
+
 typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);
 /* Calls visit(context, triangle), once each, for every triangle within `margin` (m) of the segment a-b and for some beyond, by
  * the rounding of single precision. Stops when visit returns true, and then returns true. */
@@ -132,6 +152,10 @@ bool keller_accel_cone_window(const KellerAccel *accel, const KellerCone *cone, 
 /* keller_accel_cone_nearest for `count` cones by `threads` threads; hits[i].primitive is KELLER_NONE where none is met. */
 void keller_accel_cones_nearest(const KellerAccel *accel, size_t count, const KellerCone *cones, KellerRange clip,
                                 KellerConeHit *hits, int threads, KellerAccelWork *work);
+typedef double (*KellerVisitCones)(void *context, size_t query, uint32_t primitive, KellerRange range);
+/* keller_accel_cone for `count` cones, whose numbers the visitors are told; in any order, also of the cones. */
+void keller_accel_cones(const KellerAccel *accel, size_t count, const KellerCone *cones, KellerRange clip, KellerVisitCones visit,
+                        KellerVisitCones visit_edge, void *context, KellerAccelWork *work);
 /* Is the cone wholly blocked within `clip`, so that no ray of it passes? Never true where one does. Then triangles[0 ..
  * *count), at most `most` of them, are triangles of a surface that blocks it, nearest first by range. The surface is followed
  * from triangle to triangle over the edges that the cone meets, and blocks if it has no free edge inside the cone and the

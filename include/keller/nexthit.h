@@ -78,7 +78,7 @@ size_t keller_nexthit_bytes(const KellerNexthit *it);
 
 /* Begins with a ray (direction as in keller/accel.h; t in units of its length) or a cone (clipped to its own z range too), hits
  * within the closed range `clip`; what went on before is forgotten. Nothing is searched yet. The accelerator must outlive the
- * iteration; `options`, and the keys it points to, need not. Errors: KELLER_BAD_INPUT (QUEUE over a "kdtree"). */
+ * iteration; `options`, and the keys it points to, need not. Errors: KELLER_BAD_INPUT (QUEUE over "kdtree" or "dacrt"). */
 KellerStatus keller_nexthit_ray(KellerNexthit *it, const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction,
                                 KellerRange clip, const KellerNexthitOptions *options, KellerError *error);
 KellerStatus keller_nexthit_cone(KellerNexthit *it, const KellerAccel *accel, const KellerCone *cone, KellerRange clip,

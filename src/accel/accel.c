@@ -8,7 +8,7 @@
 /* Times the size: from farther away single precision loses too much. */
 #define FAR 2
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask, &tree_dacrt};
 
 /* ---- what the trees are built from ------------------------------------------------------------------------------- */
 
@@ -46,13 +46,19 @@ static int corners_of(const Parts *p, uint32_t ref, KellerVec3 v[3])
     return ref < a->input.triangle_count ? 3 : 2;
 }
 
+static int local_corners(void *context, uint32_t ref, KellerVec3 v[3])
+{
+    const Parts *p = context;
+    int count = corners_of(p, ref, v);
+    for (int j = 0; j < count; j++) v[j] = v3_sub(v[j], p->accel->middle);
+    return count;
+}
+
 /* A triangle's edges lie in the parts of the triangle. */
 static void clip(void *context, uint32_t ref, int axis, float lower, float upper, AccelBox *part)
 {
-    const Parts *p = context;
     KellerVec3 v[3];
-    int count = corners_of(p, ref, v);
-    for (int j = 0; j < count; j++) v[j] = v3_sub(v[j], p->accel->middle);
+    int count = local_corners(context, ref, v);
     if (count == 3) sah_clip_triangle(v[0], v[1], v[2], axis, lower, upper, part);
     else sah_clip_segment(v[0], v[1], axis, lower, upper, part);
 }
@@ -95,15 +101,24 @@ static void measure(KellerAccel *a)
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried. */
-static const TreeKind *automatic(void) { return &tree_bvh8; }
-
-static const TreeKind *kind_of(const char *name, KellerError *error)
+/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried, but for batches of fewer rays than
+ * there are triangles its building takes longer than to divide and conquer. */
+static const TreeKind *automatic(const KellerAccelInput *input, const KellerAccelOptions *o)
 {
-    if (!name || strcmp(name, "auto") == 0) return automatic();
+    const double cone = 8; /* rays that one costs as much as, without a structure */
+    double asked = (double)o->rays + cone * (double)o->cones;
+    return asked > 0 && asked < input->triangle_count ? &tree_dacrt : &tree_bvh8;
+}
+
+static const TreeKind *kind_of(const KellerAccelInput *input, const KellerAccelOptions *o, KellerError *error)
+{
+    const char *name = o->name;
+    if (!name || strcmp(name, "auto") == 0) return automatic(input, o);
+    if (strcmp(name, "auto+mask") == 0) return &tree_bvh8_mask;
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
-    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh or bvh8", name);
+    keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh, "
+                 "bvh8, bvh+mask, bvh8+mask or dacrt", name);
     return NULL;
 }
 
@@ -114,6 +129,7 @@ static KellerStatus attach(const KellerAccel *a, Attached *attached, KellerError
 {
     const uint32_t(*edges)[2] = a->input.edges, count = a->input.edge_count;
     uint32_t(*ends)[2] = NULL;
+    if (a->kind == &tree_dacrt) return spread_edges(a->input.triangle_count, count, attached, error);
     if (a->scene) {
         ends = malloc(((size_t)count + 1) * sizeof *ends);
         if (!ends) return keller_error_memory(error, ((size_t)count + 1) * sizeof *ends);
@@ -140,14 +156,14 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerErr
     Leaves leaves = {0};
     AccelBox *boxes = malloc(((size_t)count + 1) * sizeof *boxes);
     if (boxes) {
-        for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t i = 0; i < count && a->kind != &tree_dacrt; i++) { /* which has no use for them */
             KellerVec3 v[3];
             int corners = corners_of(&parts, i, v);
             boxes[i] = box_of(a, v, corners);
         }
         TreeInput in = {.count = count, .boxes = boxes, .clip = clip, .clip_context = &parts,
                         .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
-                        .threads = o->threads};
+                        .threads = o->threads, .corners = local_corners, .masks = o->masks};
         status = count ? a->kind->build(&in, &a->tree, &leaves, error) : KELLER_OK;
         free(boxes);
     } else {
@@ -164,7 +180,7 @@ static KellerStatus build(const KellerAccelInput *input, const KellerAccelOption
                           uint32_t *wedge, uint32_t *begin, KellerAccel **accel, KellerError *error)
 {
     *accel = NULL;
-    const TreeKind *kind = kind_of(o->name, error);
+    const TreeKind *kind = kind_of(input, o, error);
     KellerAccel *a = kind ? calloc(1, sizeof *a) : NULL;
     if (!a) {
         free(wedge);

@@ -83,6 +83,21 @@ KellerStatus attach_edges(uint32_t triangle_count, const uint32_t (*triangles)[3
     return status;
 }
 
+KellerStatus spread_edges(uint32_t triangle_count, uint32_t edge_count, Attached *attached, KellerError *error)
+{
+    size_t bytes = ((size_t)triangle_count + edge_count + 3) * sizeof *attached->edges;
+    *attached = (Attached){malloc(((size_t)triangle_count + 2) * sizeof *attached->begin),
+                           malloc(((size_t)edge_count + 1) * sizeof *attached->edges), triangle_count ? 0 : edge_count};
+    if (!attached->begin || !attached->edges) {
+        attached_free(attached);
+        return keller_error_memory(error, bytes);
+    }
+    for (uint32_t i = 0; i < edge_count; i++) attached->edges[i] = i;
+    attached->begin[0] = 0;
+    for (uint32_t i = 1; i <= triangle_count; i++) attached->begin[i] = (uint32_t)((uint64_t)edge_count * i / triangle_count);
+    return KELLER_OK;
+}
+
 void attached_free(Attached *attached)
 {
     free(attached->begin);

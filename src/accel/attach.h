@@ -15,5 +15,7 @@ typedef struct {
 /* Gives every edge to the first triangle of which it is a side. Linear in time and memory. Free with attached_free. */
 KellerStatus attach_edges(uint32_t triangle_count, const uint32_t (*triangles)[3], uint32_t edge_count,
                           const uint32_t (*edges)[2], Attached *attached, KellerError *error);
+/* Gives every triangle its share of the edges, as they come: where whatever meets a triangle is shown all edges anyway. */
+KellerStatus spread_edges(uint32_t triangle_count, uint32_t edge_count, Attached *attached, KellerError *error);
 void attached_free(Attached *attached);
 #endif

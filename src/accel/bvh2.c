@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "accel/box.h"
+#include "accel/masked.h"
 
 enum {
     LEAF = 1u << 31,         /* in `child`; the rest is a block, else a node */
@@ -24,6 +25,7 @@ typedef struct {
     Node *nodes;
     AccelBox box;            /* of all */
     uint32_t node_count, block_count;
+    MaskSet *masks;          /* NULL: none */
 } Bvh;
 
 /* A subtree to be visited: its blocks are first .. end. */
@@ -58,6 +60,7 @@ static void bvh_free(void *tree)
 {
     Bvh *bvh = tree;
     if (!bvh) return;
+    masks_free(bvh->masks);
     free(bvh->nodes);
     free(bvh);
 }
@@ -91,7 +94,7 @@ static KellerStatus bvh_build(const TreeInput *input, void **tree, Leaves *leave
 static size_t bvh_bytes(const void *tree)
 {
     const Bvh *bvh = tree;
-    return !bvh ? 0 : sizeof *bvh + ((size_t)bvh->node_count + 1) * sizeof *bvh->nodes;
+    return !bvh ? 0 : sizeof *bvh + ((size_t)bvh->node_count + 1) * sizeof *bvh->nodes + masks_bytes(bvh->masks);
 }
 
 /* The slabs of box.h for two boxes at once: lanes 0 and 1 the bounds by which the frustum enters, 2 and 3 those by which it
@@ -133,6 +136,40 @@ static inline AccelBox box_of(const Node *node, int i)
         b.upper[k] = node->side[k][2 + i];
     }
     return b;
+}
+
+static bool child_of(const void *tree, uint32_t number, int i, TreeChild *child, AccelBox *box)
+{
+    const Node *node = &((const Bvh *)tree)->nodes[number];
+    *child = (TreeChild){0, node->child[i]};
+    *box = box_of(node, i);
+    return true;
+}
+
+static KellerStatus build_masked(const TreeInput *input, void **tree, Leaves *leaves, KellerError *error)
+{
+    KellerStatus status = bvh_build(input, tree, leaves, error);
+    if (status != KELLER_OK) return status;
+    Bvh *bvh = *tree;
+    const MaskTree of = {bvh, bvh->node_count, 2, child_of};
+    status = masks_make(&of, leaves, input, &bvh->masks, error);
+    if (status == KELLER_OK) return status;
+    leaves_free(leaves);
+    bvh_free(bvh);
+    *tree = NULL;
+    return status;
+}
+
+/* Takes back what masks say is not met. */
+static void cull(const Bvh *bvh, const MaskWalk *walk, uint32_t number, float far, bool met[2])
+{
+    uint32_t hit = (uint32_t)met[0] | (uint32_t)met[1] << 1;
+    if (hit == 0) return;
+    const Node *node = &bvh->nodes[number];
+    uint32_t leaves = node->child[0] >> 31 | node->child[1] >> 31 << 1;
+    hit = masks_cull(bvh->masks, walk, node->side[0], 4, 2, number, hit, leaves, far);
+    met[0] = hit & 1;
+    met[1] = hit >> 1 & 1;
 }
 
 typedef struct {
@@ -189,13 +226,14 @@ static inline bool turned(const Frustum *f, const Node *node, const Entry child[
     return key[1] < key[0];
 }
 
-static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
-                     uint64_t *nodes)
+static inline __attribute__((always_inline)) void walk_as(const Bvh *bvh, const KellerConeLanes *lanes, const WalkHow *how,
+                                                          LeafVisit visit, void *context, uint64_t *nodes, bool masked)
 {
-    const Bvh *bvh = tree;
     if (!bvh || bvh->block_count == 0) return;
     bool wide = cone_lanes_wide(lanes);
     const Frustum f = {lanes, how, slabs_of(lanes), wide, !wide && !how->contained && !how->leaf_boxes};
+    MaskWalk masks;
+    if (masked) masks = mask_walk(lanes);
     float far = lanes->far;
     Entry stack[STACK];
     int top = 0;
@@ -211,6 +249,7 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkH
             bool in[2];
             tested++;
             test_children(&f, &bvh->nodes[at.child], &at, far, child, in);
+            if (masked && !at.inside) cull(bvh, &masks, at.child, far, in);
             if (in[0] || in[1]) {
                 bool second = !in[0] || (in[1] && turned(&f, &bvh->nodes[at.child], child));
                 assert(top < STACK);
@@ -225,6 +264,18 @@ static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkH
         } while (met && !(at.distance <= far));
     }
     *nodes += tested;
+}
+
+static void bvh_walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
+                     uint64_t *nodes)
+{
+    walk_as(tree, lanes, how, visit, context, nodes, false);
+}
+
+static void walk_masked(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
+                        uint64_t *nodes)
+{
+    walk_as(tree, lanes, how, visit, context, nodes, true);
 }
 
 static uint32_t bvh_root(const void *tree)
@@ -260,4 +311,28 @@ static uint32_t bvh_open_thin(const void *tree, uint32_t number, const KellerCon
     return n;
 }
 
+/* What bvh_open or bvh_open_thin left of a node's children. */
+static uint32_t cull_opened(const Bvh *bvh, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8], uint32_t n)
+{
+    const MaskWalk masks = mask_walk(lanes);
+    bool met[2] = {false, false};
+    uint32_t left = 0;
+    for (uint32_t i = 0; i < n; i++) met[child[i].child != bvh->nodes[number].child[0]] = true;
+    cull(bvh, &masks, number, lanes->far, met);
+    for (uint32_t i = 0; i < n; i++)
+        if (met[child[i].child != bvh->nodes[number].child[0]]) child[left++] = child[i];
+    return left;
+}
+
+static uint32_t open_masked(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    return cull_opened(tree, number, lanes, child, bvh_open(tree, number, lanes, child));
+}
+
+static uint32_t open_thin_masked(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    return cull_opened(tree, number, lanes, child, bvh_open_thin(tree, number, lanes, child));
+}
+
+const TreeKind tree_bvh_mask = {"bvh+mask", 1, build_masked, bvh_free, bvh_bytes, walk_masked, bvh_root, open_masked, open_thin_masked};
 const TreeKind tree_bvh = {"bvh", 1, bvh_build, bvh_free, bvh_bytes, bvh_walk, bvh_root, bvh_open, bvh_open_thin};

@@ -16,11 +16,16 @@ static void tree_free(void *tree)
 {
     Tree *t = tree;
     if (!t) return;
+    masks_free(t->masks);
     free(t->nodes);
     free(t);
 }
 
-static size_t tree_bytes(const void *tree) { return tree ? ((const Tree *)tree)->node_count * sizeof(Node) : 0; }
+static size_t tree_bytes(const void *tree)
+{
+    const Tree *t = tree;
+    return t ? t->node_count * sizeof(Node) + masks_bytes(t->masks) : 0;
+}
 
 /* ---- building ---------------------------------------------------------------------------------------------------- */
 
@@ -137,6 +142,30 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
     return status;
 }
 
+static bool child_of(const void *tree, uint32_t number, int i, TreeChild *child, AccelBox *box)
+{
+    const Node *node = &((const Tree *)tree)->nodes[number];
+    *child = (TreeChild){0, node->child[i]};
+    for (int k = 0; k < 3; k++) {
+        box->lower[k] = node->boxes.lower[k][i];
+        box->upper[k] = node->boxes.upper[k][i];
+    }
+    return box->lower[0] <= box->upper[0];
+}
+
+static KellerStatus build_masked(const TreeInput *in, void **tree, Leaves *leaves, KellerError *error)
+{
+    KellerStatus status = build(in, tree, leaves, error);
+    if (status != KELLER_OK) return status;
+    Tree *t = *tree;
+    const MaskTree of = {t, t->node_count, 8, child_of};
+    status = masks_make(&of, leaves, in, &t->masks, error);
+    if (status == KELLER_OK) return status;
+    tree_free(t);
+    *tree = NULL;
+    return status;
+}
+
 /* ---- walking ----------------------------------------------------------------------------------------------------- */
 
 typedef struct {
@@ -157,15 +186,16 @@ static void lane_of(const KellerBox8 *boxes, uint32_t i, float lower[3], float u
     }
 }
 
-static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
-                 uint64_t *nodes)
+static inline __attribute__((always_inline)) void walk_as(const Tree *t, const KellerConeLanes *lanes, const WalkHow *how,
+                                                          LeafVisit visit, void *context, uint64_t *nodes, bool masked)
 {
-    const Tree *t = tree;
     if (!t || t->node_count == 0) return;
     Waiting stack[BVH8_STACK], next = {0, 0, t->leaf_count, -INFINITY, 0, false};
     int top = 0;
     float far = lanes->far; /* lanes stay as they are: a copy would wait for their stores */
     uint64_t tested = 0;
+    MaskWalk masks;
+    if (masked) masks = mask_walk(lanes);
     for (;;) {
         if (next.child & LEAF || (next.inside && next.end - next.first <= FEW)) {
             for (uint32_t i = next.first; i < next.end && next.z <= far; i++) far = visit(context, i, next.inside, far);
@@ -175,6 +205,7 @@ static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *
             _Alignas(32) float z[8];
             tested++;
             uint32_t hit = keller_cone_meets_box8(lanes, &node->boxes, z), in = 0;
+            if (masked && !next.inside && hit) hit = bvh8_cull(t, &masks, next.child, hit, far);
             if (next.inside) in = hit;
             else if (how->contained && hit) in = keller_cone_contains_box8(lanes, &node->boxes) & hit;
             /* nearest on top: insertion sort, farthest first */
@@ -201,23 +232,56 @@ done:
     *nodes += tested;
 }
 
+static void walk(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
+                 uint64_t *nodes)
+{
+    walk_as(tree, lanes, how, visit, context, nodes, false);
+}
+
+static void walk_masked(const void *tree, const KellerConeLanes *lanes, const WalkHow *how, LeafVisit visit, void *context,
+                        uint64_t *nodes)
+{
+    walk_as(tree, lanes, how, visit, context, nodes, true);
+}
+
 static uint32_t root(const void *tree) { return !tree || ((const Tree *)tree)->node_count == 0 ? KELLER_NONE : 0; }
 
-static uint32_t open_node(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+static inline __attribute__((always_inline)) uint32_t open_as(const Tree *t, uint32_t number, const KellerConeLanes *lanes,
+                                                              TreeChild child[8], bool masked)
 {
-    const Node *node = &((const Tree *)tree)->nodes[number];
+    const Node *node = &t->nodes[number];
     _Alignas(32) float z[8];
-    uint32_t n = 0;
-    for (uint32_t hit = keller_cone_meets_box8(lanes, &node->boxes, z); hit; hit &= hit - 1) {
+    uint32_t n = 0, hit = keller_cone_meets_box8(lanes, &node->boxes, z);
+    if (masked && hit) {
+        const MaskWalk masks = mask_walk(lanes);
+        hit = bvh8_cull(t, &masks, number, hit, lanes->far);
+    }
+    for (; hit; hit &= hit - 1) {
         int i = __builtin_ctz(hit);
         child[n++] = (TreeChild){z[i], node->child[i]};
     }
     return n;
 }
 
+static uint32_t open_node(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    return open_as(tree, number, lanes, child, false);
+}
+
 static uint32_t open_thin(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
 {
-    return bvh8_open_thin(tree, number, lanes, child);
+    return bvh8_open_thin(tree, number, lanes, child, false);
+}
+
+static uint32_t open_masked(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    return open_as(tree, number, lanes, child, true);
+}
+
+static uint32_t open_thin_masked(const void *tree, uint32_t number, const KellerConeLanes *lanes, TreeChild child[8])
+{
+    return bvh8_open_thin(tree, number, lanes, child, true);
 }
 
 const TreeKind tree_bvh8 = {"bvh8", 1, build, tree_free, tree_bytes, walk, root, open_node, open_thin};
+const TreeKind tree_bvh8_mask = {"bvh8+mask", 1, build_masked, tree_free, tree_bytes, walk_masked, root, open_masked, open_thin_masked};

@@ -2,8 +2,7 @@
  * compiler makes one loop of both. */
 #ifndef KELLER_ACCEL_BVH8_H
 #define KELLER_ACCEL_BVH8_H
-#include "accel/internal.h"
-#include "base/simd.h"
+#include "accel/masked.h"
 
 typedef struct {
     _Alignas(64) KellerBox8 boxes;
@@ -15,6 +14,7 @@ _Static_assert(sizeof(Bvh8Node) == 256, "a node is four cache lines");
 typedef struct {
     Bvh8Node *nodes;
     uint32_t node_count, leaf_count;
+    MaskSet *masks;                 /* NULL: none */
 } Bvh8;
 
 /* A level leaves at most seven siblings waiting, and there are no more levels than in the binary tree. */
@@ -54,15 +54,28 @@ static inline __attribute__((always_inline)) uint32_t bvh8_meets(const Bvh8Slabs
     return (uint32_t)f8_mask(f8_le(in, out));
 }
 
-/* TreeKind's open_thin. */
-static inline __attribute__((always_inline)) uint32_t bvh8_open_thin(const Bvh8 *tree, uint32_t number,
-                                                                     const KellerConeLanes *lanes, TreeChild child[8])
+/* The children in `hit` that something in them may be met of. */
+static inline __attribute__((always_inline)) uint32_t bvh8_cull(const Bvh8 *tree, const MaskWalk *walk, uint32_t number, uint32_t hit,
+                                                                float far)
+{
+    const Bvh8Node *node = &tree->nodes[number];
+    uint32_t leaves = (uint32_t)f8_mask(f8_load((const float *)(const void *)node->child)); /* the sign is TREE_LEAF */
+    return masks_cull(tree->masks, walk, node->boxes.lower[0], 8, 24, number, hit, leaves, far);
+}
+
+/* TreeKind's open_thin. Masked: the tree has masks. */
+static inline __attribute__((always_inline)) uint32_t bvh8_open_thin(const Bvh8 *tree, uint32_t number, const KellerConeLanes *lanes,
+                                                                     TreeChild child[8], bool masked)
 {
     const Bvh8Node *node = &tree->nodes[number];
     const Bvh8Slabs slabs = bvh8_slabs(lanes);
     _Alignas(32) float z[8];
     f8 in;
     uint32_t n = 0, hit = bvh8_meets(&slabs, node, lanes->far, &in);
+    if (masked && hit) {
+        const MaskWalk walk = mask_walk(lanes);
+        hit = bvh8_cull(tree, &walk, number, hit, lanes->far);
+    }
     if (hit) f8_store(z, in);
     for (; hit; hit &= hit - 1) {
         int i = __builtin_ctz(hit);
@@ -74,8 +87,8 @@ static inline __attribute__((always_inline)) uint32_t bvh8_open_thin(const Bvh8 
 /* TreeKind's walk of thin, plain frusta and rays: reads the slabs, near and far of `lanes` alone. Calls
  * visit(context, leaf, false, far), nearer leaves first where they are told apart at no cost. */
 static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tree, const KellerConeLanes *lanes,
-                                                                 LeafVisit visit, void *context,
-                                                                 const TriangleBlock *blocks, uint64_t *nodes)
+                                                                 LeafVisit visit, void *context, const TriangleBlock *blocks,
+                                                                 uint64_t *nodes, bool masked)
 {
     if (!tree || tree->node_count == 0) return;
     struct {
@@ -83,6 +96,8 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
         float z;
     } stack[BVH8_STACK];
     const Bvh8Slabs slabs = bvh8_slabs(lanes);
+    MaskWalk walk;
+    if (masked) walk = mask_walk(lanes);
     int top = 0;
     float far = lanes->far;
     uint64_t tested = 0;
@@ -93,6 +108,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
             f8 in;
             uint32_t hit = bvh8_meets(&slabs, node, far, &in);
             tested++;
+            if (masked && hit) hit = bvh8_cull(tree, &walk, next, hit, far);
             if (hit == 0) goto pop;
             uint32_t i = (uint32_t)__builtin_ctz(hit);
             next = node->child[i];

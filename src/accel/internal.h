@@ -44,6 +44,9 @@ typedef struct {
     void *clip_context;
     double cost_ratio, spatial;
     int threads;
+    /* A primitive's corners, relative to the middle; returns how many, 2 or 3. For masks. Context: clip_context. */
+    int (*corners)(void *context, uint32_t primitive, KellerVec3 corners[3]);
+    KellerMaskOptions masks;
 } TreeInput;
 
 /* How to walk; all zero but for `contained` is best. */
@@ -89,7 +92,7 @@ static inline bool lanes_plain(const KellerConeLanes *c)
     return plain;
 }
 
-extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8;
+extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8, tree_bvh_mask, tree_bvh8_mask, tree_dacrt;
 
 /* The binary tree that the hierarchies are made from, leaves no larger than a block. Free with sah_free. */
 KellerStatus binary_tree(const TreeInput *input, SahTree *tree, KellerError *error);

@@ -56,7 +56,7 @@ static void walk(KellerNexthit *it)
     static const WalkHow plainly;
     const KellerAccel *a = it->accel;
     if (!(it->clip.near <= it->clip.far) || !a->triangles) return;
-    if (it->tree == &tree_bvh8 && it->thin) bvh8_walk_thin(a->tree, &it->lanes, visit, it, a->triangles, &it->work->nodes);
+    if (it->tree == &tree_bvh8 && it->thin) bvh8_walk_thin(a->tree, &it->lanes, visit, it, a->triangles, &it->work->nodes, false);
     else it->tree->walk(a->tree, &it->lanes, &plainly, visit, it, &it->work->nodes);
 }
 

@@ -89,7 +89,7 @@ static inline bool open_node(KellerNexthit *it, uint32_t *node)
     const void *tree = it->accel->tree;
     uint32_t n;
     if (!it->thin) n = it->tree->open(tree, *node, &it->lanes, child);
-    else if (it->tree == &tree_bvh8) n = bvh8_open_thin(tree, *node, &it->lanes, child);
+    else if (it->tree == &tree_bvh8) n = bvh8_open_thin(tree, *node, &it->lanes, child, false);
     else n = it->tree->open_thin(tree, *node, &it->lanes, child);
     it->work->nodes++;
     *node = KELLER_NONE;

@@ -1,7 +1,5 @@
 /* Cones: the walk, then eight triangles or edges at a time in single precision; those surely contained have their range from
  * their vertices, the others go through keller_cone_triangle or keller_cone_edge. */
-#include <omp.h>
-
 #include "accel/bvh8.h"
 #include "accel/leaf.h"
 #include "base/number.h"
@@ -221,7 +219,8 @@ static void walk(Query *q)
         seen_start(&seen);
     }
     uint64_t *nodes = &q->work->nodes;
-    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes);
+    if (a->kind == &tree_bvh8 && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes, false);
+    else if (a->kind == &tree_bvh8_mask && thin) bvh8_walk_thin(a->tree, &q->lanes, visit_leaf, q, a->triangles, nodes, true);
     else a->kind->walk(a->tree, &q->lanes, &how, visit_leaf, q, nodes);
     if (repeats) seen_end(&seen);
     q->seen = NULL;
@@ -312,20 +311,4 @@ bool keller_accel_cone_window(const KellerAccel *accel, const KellerCone *cone, 
     bool found = q.found;
     walk(&q);
     return found;
-}
-
-void keller_accel_cones_nearest(const KellerAccel *accel, size_t count, const KellerCone *cones, KellerRange clip,
-                                KellerConeHit *hits, int threads, KellerAccelWork *work)
-{
-    uint64_t nodes = 0, triangles = 0;
-#pragma omp parallel for schedule(dynamic, 64) reduction(+ : nodes, triangles) num_threads(threads > 0 ? threads : omp_get_max_threads())
-    for (size_t i = 0; i < count; i++) {
-        KellerAccelWork own = {0};
-        if (!keller_accel_cone_nearest(accel, &cones[i], clip, &hits[i], &own))
-            hits[i] = (KellerConeHit){{INFINITY, -INFINITY}, KELLER_NONE};
-        nodes += own.nodes;
-        triangles += own.triangles;
-    }
-    work->nodes += nodes;
-    work->triangles += triangles;
 }

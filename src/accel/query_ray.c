@@ -1,7 +1,5 @@
 /* Rays. Leaves are tested in single precision (ray8.h). Of a nearest hit only what may be nearer than the nearest sure one is
  * decided in double precision; any sure hit answers a shadow query. */
-#include <omp.h>
-
 #include "accel/bvh8.h"
 #include "accel/ray8.h"
 #include "base/number.h"
@@ -138,7 +136,8 @@ static const WalkHow plain_walk = {0};
         const KellerAccel *a_ = (q)->accel;                                                                            \
         uint64_t *nodes_ = &(q)->work->nodes;                                                                          \
         if (!a_->triangles) break;                                                                                     \
-        if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_);                                 \
+        if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, false);                          \
+        else if (a_->kind == &tree_bvh8_mask) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, true);                 \
         else a_->kind->walk(a_->tree, lanes, &plain_walk, visit, q, nodes_);                                                 \
     } while (0)
 
@@ -179,23 +178,6 @@ bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec
     WALK(&q, &lanes, visit_all);
     if (q.seen) seen_end(&seen);
     return q.found;
-}
-
-void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const KellerVec3 *origins,
-                               const KellerVec3 *directions, KellerRange clip, KellerRayHit *hits, int threads,
-                               KellerAccelWork *work)
-{
-    uint64_t nodes = 0, triangles = 0;
-#pragma omp parallel for schedule(dynamic, 256) reduction(+ : nodes, triangles) num_threads(threads > 0 ? threads : omp_get_max_threads())
-    for (size_t i = 0; i < count; i++) {
-        KellerAccelWork own = {0};
-        if (!keller_accel_ray_nearest(accel, origins[i], directions[i], clip, &hits[i], &own))
-            hits[i] = (KellerRayHit){INFINITY, KELLER_NONE};
-        nodes += own.nodes;
-        triangles += own.triangles;
-    }
-    work->nodes += nodes;
-    work->triangles += triangles;
 }
 
 /* ---- segments ---------------------------------------------------------------------------------------------------- */

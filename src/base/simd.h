@@ -135,6 +135,12 @@ static inline f4 f4_low(f8 a) { return simde_mm256_castps256_ps128(a); }
 static inline f4 f4_high(f8 a) { return simde_mm256_extractf128_ps(a, 1); }
 /* The inverse: low before high. */
 static inline f8 f8_join(f4 low, f4 high) { return simde_mm256_insertf128_ps(simde_mm256_castps128_ps256(low), high, 1); }
+static inline f8 f8_twice(f4 a) { return f8_join(a, a); }
+/* Lane i four times, then lane i + 1 four times. */
+static inline f8 f8_four_each(f4 a, int i)
+{
+    return simde_mm256_permutevar8x32_ps(simde_mm256_castps128_ps256(a), simde_mm256_set_epi32(i + 1, i + 1, i + 1, i + 1, i, i, i, i));
+}
 
 static inline f4 f4_add(f4 a, f4 b) { return simde_mm_add_ps(a, b); }
 static inline f4 f4_sub(f4 a, f4 b) { return simde_mm_sub_ps(a, b); }

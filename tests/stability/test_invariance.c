@@ -97,17 +97,18 @@ static void cone_aperture(void **state)
 
 static void accelerators(void **state)
 {
-    static const char *const names[] = {"bvh8", "bvh", "kdtree"};
+    static const char *const names[] = {"bvh8", "bvh", "kdtree", "bvh+mask", "bvh8+mask", "dacrt"};
+    enum { NAMES = sizeof names / sizeof *names };
     for (uint64_t seed = 1041; seed <= last_of(state, 1041, 1046); seed++) {
         RandomScene world = world_of(state, seed, 0);
-        FoundPaths found[3];
-        for (int i = 0; i < 3; i++) {
+        FoundPaths found[NAMES];
+        for (int i = 0; i < NAMES; i++) {
             Run run = run_of(state, &world.tx, SCENE_RECEIVERS, world.rx, 3);
             run.accelerator = names[i];
             found[i] = simulate(&world.soup, &run);
         }
-        for (int i = 1; i < 3; i++) assert_same(&found[0], &found[i], names[i], seed, false, NULL, 1e-12);
-        for (int i = 0; i < 3; i++) found_free(&found[i]);
+        for (int i = 1; i < NAMES; i++) assert_same(&found[0], &found[i], names[i], seed, false, NULL, 1e-12);
+        for (int i = 0; i < NAMES; i++) found_free(&found[i]);
         soup_release(&world.soup);
     }
 }

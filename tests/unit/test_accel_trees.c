@@ -10,7 +10,7 @@
 #include "accel_model.h"
 #include "base/number.h"
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static KellerVec3 local(const Model *m, uint32_t i, int k) { return v3_sub(model_corner(m, i, k), m->middle); }
@@ -19,6 +19,12 @@ static void clip(void *context, uint32_t i, int axis, float lower, float upper, 
 {
     const Model *m = context;
     sah_clip_triangle(local(m, i, 0), local(m, i, 1), local(m, i, 2), axis, lower, upper, part);
+}
+
+static int corners(void *context, uint32_t i, KellerVec3 v[3])
+{
+    for (int k = 0; k < 3; k++) v[k] = local(context, i, k);
+    return 3;
 }
 
 static TreeInput input_of(Model *m, AccelBox **boxes)
@@ -38,7 +44,7 @@ static TreeInput input_of(Model *m, AccelBox **boxes)
             }
         }
     }
-    return (TreeInput){m->in.triangle_count, *boxes, clip, m, 2, 0, 1};
+    return (TreeInput){m->in.triangle_count, *boxes, clip, m, 2, 0, 1, corners, {0}};
 }
 
 typedef struct {

@@ -207,6 +207,7 @@ static const Broken broken[] = {
     {25, "120 dB", "120", "dynamic-range of <paths> is \"120\"", "\"150 dB\"", true},
     {25, "120 dB", "0 dB", "dynamic-range of <paths> is \"0 dB\"", "more than 0 dB", false},
     {26, "accelerator=\"bvh\"", "accelerator=\"octree\"", "accelerator of <solver> is \"octree\"", "\"auto\"", true},
+    {26, "accelerator=\"bvh\"", "accelerator=\"kdtree+mask\"", "accelerator of <solver> is \"kdtree+mask\"", "\"bvh8+mask\"", false},
     {26, "cone=\"2 deg\"", "cone=\"0 deg\"", "cone of <solver> is \"0 deg\"", "at most 45 deg", false},
     {26, "cone=\"2 deg\"", "cone=\"45.1 deg\"", "cone of <solver> is \"45.1 deg\"", "at most 45 deg", false},
     {26, "cone=\"2 deg\"", "cone=\"2\"", "cone of <solver> is \"2\"", "an angle with its unit", true},

@@ -42,7 +42,7 @@ static void same_as_naive(void **state)
         uint32_t size = s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : s % 4 ? 20 + random_u32(&r) % 100 : random_u32(&r) % 600;
         Model m = model_make((ModelKind)(s % MODEL_KINDS), size, &r);
         KellerAccel *accel[2 * STRUCTURES];
-        for (int a = 0; a < 2 * STRUCTURES; a++) accel[a] = nexthit_accel(&m.in, structures[a % STRUCTURES], a < 2 ? 0 : 0.5);
+        for (int a = 0; a < 2 * STRUCTURES; a++) accel[a] = nexthit_accel(&m.in, structures[a % STRUCTURES], a < STRUCTURES ? 0 : 0.5);
         Hit *room = malloc((m.in.triangle_count + 1) * sizeof *room);
         for (uint32_t i = 0; i < each; i++) {
             KellerCone cone = model_cone(&m, i, &r);
@@ -101,13 +101,13 @@ static void interleaved(void **state)
     model_free(&m);
 }
 
-/* A k-d tree cannot be resumed, and says so; the other methods run over it, and each triangle still comes once. */
-static void kdtree(void **state)
+/* What cannot be resumed says so; the other methods run over it, and each triangle still comes once. */
+static void not_resumed(void **state)
 {
-    (void)state;
+    const char *name = *state;
     Random r = {9};
     Model m = model_make(MODEL_GRID, 400, &r);
-    KellerAccel *accel = nexthit_accel(&m.in, "kdtree", 0);
+    KellerAccel *accel = nexthit_accel(&m.in, name, 0);
     KellerNexthit *it;
     KellerError error;
     KellerRayHit ray;
@@ -120,7 +120,7 @@ static void kdtree(void **state)
         for (int method = 1; method < METHODS; method++) nexthit_same(it, accel, &q, method, 0, room, n, &r);
     }
     assert_int_equal(keller_nexthit_ray(it, accel, v3(0, 0, 0), v3(0, 0, 1), (KellerRange){0, 1}, NULL, &error), KELLER_BAD_INPUT);
-    assert_non_null(strstr(error.message, "kdtree"));
+    assert_non_null(strstr(error.message, name));
     assert_int_equal(keller_nexthit_next_ray(it, &ray, &error), KELLER_OK);
     assert_int_equal(ray.triangle, KELLER_NONE);
     free(room);
@@ -171,7 +171,8 @@ int main(void)
         cmocka_unit_test_prestate(same_as_naive, &rays),
         cmocka_unit_test_prestate(same_as_naive, &cones),
         cmocka_unit_test(interleaved),
-        cmocka_unit_test(kdtree),
+        cmocka_unit_test_prestate(not_resumed, "kdtree"),
+        cmocka_unit_test_prestate(not_resumed, "dacrt"),
         cmocka_unit_test(keys),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);

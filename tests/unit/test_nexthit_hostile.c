@@ -61,11 +61,11 @@ typedef struct {
     Random r;
 } Bench;
 
-/* Over each structure, the first `count` of: bvh, bvh8, and both with spatial splits. */
+/* Over the first `count` of the structures, and of them with spatial splits. */
 static Bench bench(Pile *pile, int count)
 {
     Bench b = {.pile = pile, .count = count, .room = malloc((pile->in.triangle_count + 1) * sizeof *b.room), .r = {42}};
-    for (int a = 0; a < count; a++) b.accel[a] = nexthit_accel(&pile->in, structures[a % STRUCTURES], a < 2 ? 0 : 0.5);
+    for (int a = 0; a < count; a++) b.accel[a] = nexthit_accel(&pile->in, structures[a % STRUCTURES], a < STRUCTURES ? 0 : 0.5);
     assert_int_equal(keller_nexthit_new(&b.it, NULL), KELLER_OK);
     return b;
 }
@@ -107,7 +107,7 @@ static void coplanar_copies(void **state)
             uint32_t k = random_u32(&r) % 3, back = random_u32(&r) % 2;
             add(p, v[k], v[(k + 1 + back) % 3], v[(k + 2 - back) % 3]);
         }
-        Bench b = bench(p, 2);
+        Bench b = bench(p, STRUCTURES);
         Query q = {v3(0.1, 0.2, 0), v3(0, 0, 1), NULL, all};
         for (int order = 0; order < ORDERS && copies > 1000; order++) {
             assert_int_equal(naive_hits(&p->in, &q, (KellerNexthitOrder)order, b.room), copies);
@@ -135,7 +135,7 @@ static void coplanar_crowd(void **state)
         }
         add(p, v[0], v[1], v[2]);
     }
-    Bench b = bench(p, 4);
+    Bench b = bench(p, 2 * STRUCTURES);
     uint32_t hits = 0;
     for (int i = 0; i < 6; i++) hits += check(&b, random_point(&r, 2), v3(random_in(&r, -1, 1), random_in(&r, -1, 1), 1), all);
     hits += check(&b, v3(0.3, 0.1, 7), v3(0, 0, -2), all);
@@ -165,7 +165,7 @@ static void media_that_touch(void **state)
             l[axis] = 1 + 0.1 * slab[i], u[axis] = 1 + 0.1 * (slab[i] + 1);
             add_box(p, v3(l[0], l[1], l[2]), v3(u[0], u[1], u[2]));
         }
-        Bench b = bench(p, 4);
+        Bench b = bench(p, 2 * STRUCTURES);
         KellerVec3 d = v3(axis == 0, axis == 1, axis == 2), aside = v3_scale(v3(axis != 0, axis != 1, axis != 2), 0.01);
         for (int i = 0; i < 8; i++) {
             KellerVec3 origin = v3(axis == 0 ? 0 : random_in(&r, -0.8, 0.8), axis == 1 ? 0 : random_in(&r, -0.8, 0.8),
@@ -209,7 +209,7 @@ static void nested_shells(void **state)
                 add_quad(p, v[0], v[1], v[2], v[3]);
             }
     }
-    Bench b = bench(p, 4);
+    Bench b = bench(p, 2 * STRUCTURES);
     uint32_t hits = 0;
     for (int i = 0; i < 120; i++) {
         KellerVec3 origin = i % 3 ? random_point(&r, 4) : v3(0, 0, 0), to = random_point(&r, 1);
@@ -236,7 +236,7 @@ static void in_planes_and_along_edges(void **state)
         add(p, a, c, i % 3 ? v3_scale(v3_add(a, c), 0.5) : a);
         add(p, a, a, a);
     }
-    Bench b = bench(p, 4);
+    Bench b = bench(p, 2 * STRUCTURES);
     uint32_t hits = 0;
     const double places[] = {-1, 0, 0.5, 1, 2, 3.25, 4, 4.5}, slopes[] = {0, -0.0, 1e-300, -1e-18, 1e-9, 1, -1, 0.5};
     for (int i = 0; i < 700; i++) {
@@ -264,7 +264,7 @@ static void near_and_far(void **state)
         add(p, v3(-s, -s, -z), v3(s, -s, -z), v3(0, s, -z));
     }
     add(p, v3(-1, -1, 0), v3(1, -1, 0), v3(0, 1, 0));
-    Bench b = bench(p, 4);
+    Bench b = bench(p, 2 * STRUCTURES);
     assert_int_equal(check(&b, v3(0, 0, 0), v3(0, 0, 1), all), 20);
     assert_int_equal(check(&b, v3(0, 0, 0), v3(0, 0, 1e-3), (KellerRange){-INFINITY, INFINITY}), 39);
     assert_int_equal(check(&b, v3(0, 0, 0), v3(0, 0, 1), (KellerRange){0, 0}), 1);
