@@ -50,8 +50,8 @@ typedef struct {
     bool failed;
     uint32_t *stamp, *slot;     /* [face_count]: query that last met the face, and its place among the hits */
     uint32_t query;
-    Pending *pending;           /* [PENDING_MOST] sequences of which only what they meet next is asked for: the many small */
-    uint32_t pending_count;     /* beams that are found of each at different times are followed as one */
+    Pending *pending;           /* [pending_room] sequences of which only what they meet next is asked for: the many small */
+    uint32_t pending_count, pending_room;   /* beams that are found of each at different times are followed as one */
     uint32_t *place, place_capacity;    /* [nodes of the trie]: where among the pending ones a node may be */
 } Search;
 
@@ -289,6 +289,13 @@ static bool put_off(Search *s, const Beam *b)
     memcpy(fresh.source, b->bundle.source, sizeof fresh.source);
     if (!add_slopes(&b->bundle.window, fresh.along, &fresh.slopes)) return false;
     if (s->pending_count == PENDING_MOST) follow(s);
+    if (s->pending_count == s->pending_room) {
+        uint32_t room = s->pending_room ? 2 * s->pending_room : 64;
+        Pending *grown = realloc(s->pending, room * sizeof *grown);
+        if (!grown) return false;
+        s->pending = grown;
+        s->pending_room = room;
+    }
     s->place[b->node] = s->pending_count;
     s->pending[s->pending_count++] = fresh;
     return true;
@@ -530,9 +537,8 @@ KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerV
     size_t faces = limits->scene->face_count + 1;
 #pragma omp parallel num_threads((int)threads) if (threads > 1)
     {
-        Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t)),
-                    .pending = malloc(PENDING_MOST * sizeof(Pending))};
-        s.failed = !s.stamp || !s.slot || !s.pending || !trie_init(&s.trie);
+        Search s = {.limits = limits, .stamp = calloc(faces, sizeof(uint32_t)), .slot = malloc(faces * sizeof(uint32_t))};
+        s.failed = !s.stamp || !s.slot || !trie_init(&s.trie);
 #pragma omp for schedule(dynamic, 1)
         for (int c = 0; c < cells; c++)
             if (!s.failed) search_cell(&s, count, end, c / (n * n), c / n % n, c % n, n);
