@@ -1,3 +1,4 @@
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,6 +138,9 @@ static double peak_memory(void)
     return getrusage(RUSAGE_SELF, &usage) == 0 ? 1024.0 * (double)usage.ru_maxrss : 0;
 }
 
+/* dB: what was dropped changes a pair's sum by at most so much against its strongest path. */
+static double dropped_bound(const Measured *m) { return 20 * log10(m->work.dropped_ratio); }
+
 static KellerStatus write_statistics(KellerResult *result, const KellerPrepared *p, const Measured *m,
                                      KellerError *error)
 {
@@ -148,6 +152,9 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
         {"cones_traced", (double)m->work.cones, "1"}, {"nodes_visited", (double)m->work.nodes, "1"},
         {"triangles_visited", (double)m->work.triangles, "1"}, {"candidates", (double)m->work.candidates, "1"},
         {"valid_paths", (double)m->work.valid_paths, "1"}, {"dropped_paths", (double)m->work.dropped_paths, "1"},
+        {"dropped_bound", dropped_bound(m), "dB"}, {"boundary_paths", (double)m->work.boundary_paths, "1"},
+        {"complete_reflections", p->config.reflections, "1"}, {"complete_diffractions", p->config.diffractions, "1"},
+        {"complete_transmissions", p->config.transmissions, "1"}, {"complete_interactions", p->config.interactions, "1"},
         {"threads", m->work.threads, "1"}, {"peak_memory", peak_memory(), "B"}};
     KellerStatus status = keller_result_statistic_text(result, "accelerator", m->accelerator_name, error);
     for (size_t i = 0; i < sizeof rows / sizeof *rows && status == KELLER_OK; ++i)
@@ -159,9 +166,16 @@ static void print_statistics(const KellerPrepared *p, const Measured *m)
 {
     printf("work\n");
     keller_row("cones", "%llu", (unsigned long long)m->work.cones);
-    keller_row("candidates", "%llu, of which %llu are paths, %llu dropped as too weak",
-               (unsigned long long)m->work.candidates, (unsigned long long)m->work.valid_paths,
-               (unsigned long long)m->work.dropped_paths);
+    keller_row("candidates", "%llu, of which %llu are paths", (unsigned long long)m->work.candidates,
+               (unsigned long long)m->work.valid_paths);
+    const KellerConfig *c = &p->config;
+    keller_row("complete", "to reflections %u, diffractions %u, transmissions %u, interactions %u", c->reflections,
+               c->diffractions, c->transmissions, c->interactions);
+    if (m->work.dropped_paths > 0)
+        keller_row("dropped", "%llu as too weak: of a pair together %.1f dB against its strongest, at most",
+                   (unsigned long long)m->work.dropped_paths, dropped_bound(m));
+    if (m->work.boundary_paths > 0)
+        keller_row("too close to call", "%llu exactly on a boundary, each with its share", (unsigned long long)m->work.boundary_paths);
     keller_row("accelerator", "%s, %u thread%s, %.0f MB at most", m->accelerator_name, m->work.threads,
                m->work.threads == 1 ? "" : "s", peak_memory() / 1e6);
     printf("time/s\n");

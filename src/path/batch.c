@@ -12,7 +12,7 @@ static bool is_sound(const FieldContext *c) { return c->scene->sound.speed > 0; 
 
 static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
 
-bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, uint64_t *dropped)
+bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, KellerSimulationWork *work)
 {
     size_t n = pair->paths.count, F = c->config->frequency_count;
     const KellerStation *t = &c->config->transmitters[tx].station, *r = &c->config->receivers[rx].station;
@@ -20,7 +20,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
     path_list_sort(&pair->paths);
     pair->gain = malloc(n * F * sizeof *pair->gain);
     if (!is_sound(c)) pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
-    double *strongest = calloc(F, sizeof *strongest);
+    double *strongest = calloc(2 * F, sizeof *strongest), *lost = strongest ? strongest + F : NULL;
     if (!pair->gain || (!is_sound(c) && !pair->transfer) || !strongest) {
         free(strongest);
         return false;
@@ -60,7 +60,9 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
     for (size_t i = 0; i < n; i++) {
         bool keep = false;
         for (size_t f = 0; f < F; f++) keep = keep || power(pair->gain[i * F + f]) >= range * strongest[f];
+        for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(power(pair->gain[i * F + f]));
         if (!keep) continue;
+        work->boundary_paths += pair->paths.items[i].weight < 1;
         if (kept != i) {
             pair->paths.items[kept] = pair->paths.items[i];
             memcpy(&pair->gain[kept * F], &pair->gain[i * F], F * sizeof *pair->gain);
@@ -69,7 +71,9 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         }
         kept++;
     }
-    *dropped += n - kept;
+    work->dropped_paths += n - kept;
+    for (size_t f = 0; f < F; f++)
+        if (lost[f] > 0) work->dropped_ratio = greater(work->dropped_ratio, lost[f] / sqrt(strongest[f]));
     pair->paths.count = kept;
     free(strongest);
     return true;

@@ -16,8 +16,9 @@ typedef struct {
     const KellerMedium *media;  /* [F][material_count] */
 } FieldContext;
 
-/* Sorts the paths, computes their fields and drops those under the dynamic range. *dropped is added to. false: memory. */
-bool pair_fields(const FieldContext *context, uint32_t tx, uint32_t rx, PairResult *pair, uint64_t *dropped);
+/* Sorts the paths, computes their fields and drops those under the dynamic range; what was dropped, and how many of those left
+ * are on boundaries, is added to *work. false: memory. */
+bool pair_fields(const FieldContext *context, uint32_t tx, uint32_t rx, PairResult *pair, KellerSimulationWork *work);
 void pair_free(PairResult *pair);
 
 bool batch_append(KellerPathBatch *batch, const FieldContext *context, uint32_t tx, uint32_t rx, const PairResult *pair);

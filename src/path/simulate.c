@@ -125,7 +125,7 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;
-        if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], &work->dropped_paths))
+        if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], work))
             status = keller_error(error, KELLER_FAILED, "out of memory for the fields of the paths");
     }
     work->seconds_search += middle - start;
@@ -145,6 +145,8 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
     to->candidates += from->candidates;
     to->valid_paths += from->valid_paths;
     to->dropped_paths += from->dropped_paths;
+    to->boundary_paths += from->boundary_paths;
+    to->dropped_ratio = greater(to->dropped_ratio, from->dropped_ratio);
     to->seconds_search += from->seconds_search;
     to->seconds_solve += from->seconds_solve;
 }

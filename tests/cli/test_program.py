@@ -444,6 +444,13 @@ def test_h5py_reads_every_dataset(folder, shared):
             assert f["statistics"][name].shape == () and f["statistics"][name].attrs["units"] == "s", name
         for name in ["cones_traced", "nodes_visited", "triangles_visited", "candidates", "valid_paths", "threads"]:
             assert f["statistics"][name].attrs["units"] == "1", name
+        orders = {"reflections": 0, "diffractions": 0, "transmissions": 0, "interactions": 0}
+        for name in orders:
+            orders[name] = int(f["statistics/complete_" + name][()])
+        assert orders["reflections"] >= 1 and orders["interactions"] >= orders["reflections"], orders
+        assert f["statistics/dropped_bound"].attrs["units"] == "dB"
+        weak = f["statistics/dropped_paths"][()]
+        assert (weak > 0) == (f["statistics/dropped_bound"][()] > -1e308), weak
         assert f["statistics/peak_memory"].attrs["units"] == "B" and f["statistics/peak_memory"][()] > 1e6
         assert f["statistics/accelerator"][()].decode()
         # what the numbers mean: 30 dBm is 1 W; rx1 is 5.123 m from tx1 on the line of sight
