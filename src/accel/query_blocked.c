@@ -158,7 +158,7 @@ bool keller_accel_cone_blocked(const KellerAccel *accel, const KellerCone *cone,
     enum { SPARE = 64 };
     Candidates c = {.most = 4 * most + SPARE};
     keller_accel_cone(accel, &whole, (KellerRange){0, clip.far}, collect, NULL, &c, work);
-    qsort(c.list, c.count, sizeof *c.list, by_range);
+    if (c.count > 0) qsort(c.list, c.count, sizeof *c.list, by_range);
     size_t *stack = malloc((c.count + 1) * sizeof *stack), taken = 0;
     bool blocked = false;
     if (!c.overflow && stack && list_sides(accel, &c))
