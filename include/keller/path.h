@@ -99,7 +99,8 @@ typedef struct {
 } KellerCoverage;
 
 typedef struct {
-    uint64_t cones, nodes, triangles, candidates, valid_paths, dropped_paths;
+    uint64_t cones, nodes, triangles, valid_paths, dropped_paths;
+    uint64_t candidates;          /* sequences looked at for a receiver; one that is ruled out for a whole patch counts once */
     uint64_t boundary_paths;      /* of weight below 1: too close to call, so each with its share */
     double dropped_ratio;         /* of a pair's dropped paths the sum of |gain|, over its strongest one: the largest */
     double seconds_search, seconds_solve;

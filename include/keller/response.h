@@ -24,8 +24,8 @@ typedef struct {
     double g;                   /* dB re the free field of the same source at 10 m */
 } KellerRoom;
 
-/* The octave bands (exact middles, 63 Hz to 8 kHz) whose upper edge is below half the rate: writes them and returns their number. */
 enum { KELLER_ROOM_BANDS = 8 };
+/* The octave bands (exact middles, 63 Hz to 8 kHz) whose upper edge is below half the rate: writes them and returns their number. */
 size_t keller_room_bands(double rate, double middle[KELLER_ROOM_BANDS]);
 
 /* The parameters of ISO 3382-1 in octave bands: the response through a band filter without phase (magnitude of a Butterworth

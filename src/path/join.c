@@ -139,14 +139,14 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     for (uint32_t i = 0; i < b; i++) step_of(tail[b - 1 - i], &steps[a + i]);
     Sieve sieve;
     bool useful;
-    double lit[2];
+    double lit[2], *common = NULL; /* of the edge at which they meet */
     if (!job->on_leg && code_is_wedge(codes[a - 1])) {
         const Arrival *there = &job->forward.ends->arrival[forward], *back = &job->backward.ends->arrival[backward];
         lit[0] = greater(there->lit[0], back->lit[0]);
         lit[1] = lesser(there->lit[1], back->lit[1]);
+        common = lit;
     }
-    bool at_edge = !job->on_leg && code_is_wedge(codes[a - 1]);
-    if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, at_edge ? lit : NULL, &useful)) return true;
+    if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, common, &useful)) return true;
     if (useful && job->receivers > 1 && !sieve_passes_hull(&sieve, job->hull_count, job->hull)) {
         work->candidates++;
         return true;

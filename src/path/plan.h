@@ -11,6 +11,11 @@ typedef struct {
 
 static inline bool meets_on_leg(Meeting m, Pattern pattern) { return m.forward + m.backward == pattern_length(pattern); }
 
+/* An empty plan; false: out of memory. Then PLAN_WANT is set, and plan_uses finds the other flags. */
+bool plan_init(TreePlan *plan, uint32_t bends);
+void plan_uses(TreePlan *plan);
+void plan_free(TreePlan *plan);
+
 /* True if paths of this pattern (from the transmitter) are asked for. */
 bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
 

@@ -506,29 +506,6 @@ static void search_cell(Search *s, uint32_t count, const KellerVec3 *end, int si
     process(s, &b);
 }
 
-bool plan_init(TreePlan *plan, uint32_t bends)
-{
-    *plan = (TreePlan){bends, calloc((size_t)4 << bends, 1)};
-    return plan->of != NULL;
-}
-
-void plan_free(TreePlan *plan)
-{
-    free(plan->of);
-    *plan = (TreePlan){0};
-}
-
-void plan_uses(TreePlan *plan)
-{
-    enum { ON = PLAN_FACE | PLAN_WEDGE };
-    for (Pattern p = (1u << plan->bends) - 1; p >= PATTERN_EMPTY; p--) { /* the longer ones first */
-        uint8_t face = plan->of[pattern_and(p, false)], wedge = plan->of[pattern_and(p, true)];
-        if (face & (PLAN_WANT | ON)) plan->of[p] |= PLAN_FACE;
-        if (wedge & (PLAN_WANT | ON)) plan->of[p] |= PLAN_WEDGE;
-        if ((face | wedge) & ON) plan->of[p] |= PLAN_BEYOND;
-    }
-}
-
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
                          TreeWork *work, KellerError *error)
 {

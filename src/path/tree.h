@@ -32,11 +32,6 @@ typedef struct {
     KellerAccelWork accel;
 } TreeWork;
 
-/* An empty plan; false: out of memory. Then PLAN_WANT is set, and plan_uses finds the other flags. */
-bool plan_init(TreePlan *plan, uint32_t bends);
-void plan_uses(TreePlan *plan);
-void plan_free(TreePlan *plan);
-
 /* Fills the trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads. Which
  * needless sequences are found besides the needed ones may depend on their number. KELLER_FAILED: memory. */
 KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
