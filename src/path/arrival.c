@@ -17,7 +17,7 @@ static KellerVec3 mirrored(const KellerScene *scene, const StepCode *codes, uint
     return p;
 }
 
-Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, uint32_t count, const KellerVec3 *end)
+Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, KellerVec3 end)
 {
     StepCode codes[KELLER_MAX_BENDS];
     const TrieNode *at = &trie->nodes[node];
@@ -28,23 +28,20 @@ Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, ui
         begin--;
     }
     KellerVec3 a, b;
-    double more = 0; /* m: the sources are within so much of a */
     if (begin > 0) { /* they are the part of the edge before that is lit */
         const KellerWedge *v = &scene->wedges[code_id(codes[begin - 1])];
         const uint16_t *lit = trie->nodes[at->parent].lit;
         a = v3_madd(v->origin, v->direction, v->length * lit[0] / LIT_WHOLE);
         b = v3_madd(v->origin, v->direction, v->length * lit[1] / LIT_WHOLE);
     } else {
-        a = end[0];
-        for (uint32_t i = 1; i < count; i++) more = greater(more, v3_distance(a, end[i]));
-        b = a;
+        a = b = end;
     }
     a = mirrored(scene, codes, begin, length - 1, a);
     b = mirrored(scene, codes, begin, length - 1, b);
     double z_low, z_high, near, far, low, high;
     path_line_distances(w, a, b, &z_low, &z_high, &near, &far);
     double from = w->length * trie->nodes[node].lit[0] / LIT_WHOLE, to = w->length * trie->nodes[node].lit[1] / LIT_WHOLE;
-    path_cotangents(from - z_high - more, to - z_low + more, greater(0, near - more), far + more, &low, &high);
+    path_cotangents(from - z_high, to - z_low, near, far, &low, &high);
     return (Arrival){{widened(low, -1), widened(high, 1)}, {widened(from, -1), widened(to, 1)}};
 }
 

@@ -3,8 +3,8 @@
 #define KELLER_PATH_ARRIVAL_H
 #include "path/join.h"
 
-/* How the wave from the hull of the `count` points (1 .. SOURCES) comes to the last wedge of a sequence of the trie. */
-Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, uint32_t count, const KellerVec3 *end);
+/* How the wave from the end comes to the last wedge of a sequence of the trie. */
+Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, KellerVec3 end);
 
 /* Two edges, each in the frame of the other. */
 typedef struct {

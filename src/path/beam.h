@@ -4,7 +4,7 @@
 #include "path/internal.h"
 
 enum {
-    SOURCES = 4,                /* of a bundle: one for a point, two for a piece of edge, up to four for a patch of grid cells */
+    SOURCES = 2,                /* of a bundle: one for a point, two for a piece of edge */
     WINDOW_MOST = 8             /* corners of a window: as many as keller_cone_fan takes */
 };
 

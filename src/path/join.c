@@ -8,12 +8,11 @@
 
 enum { MOST = KELLER_MAX_BENDS };
 
-KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
-                         TreeWork *work, KellerError *error)
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error)
 {
     memset(ends, 0, sizeof *ends);
     ends->limits = *limits;
-    KellerStatus status = tree_search(limits, count, end, threads, &ends->trie, work, error);
+    KellerStatus status = tree_search(limits, end, threads, &ends->trie, NULL, work, error);
     if (status != KELLER_OK) return status;
     const Trie *trie = &ends->trie;
     bool ok = trie_list(trie, limits->plan->of, &ends->list);
@@ -24,7 +23,7 @@ KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, c
     }
     for (uint32_t i = 0; i < ends->list.count; i++)
         if (code_is_wedge(trie->nodes[ends->list.nodes[i]].code))
-            ends->arrival[i] = arrival_of(limits->scene, trie, ends->list.nodes[i], count, end);
+            ends->arrival[i] = arrival_of(limits->scene, trie, ends->list.nodes[i], end);
     return KELLER_OK;
 }
 
@@ -98,9 +97,7 @@ typedef struct {
     const JoinLimits *limits;
     Side forward, backward;
     bool on_leg;
-    KellerVec3 tx;
-    uint32_t receivers, hull_count;
-    const KellerVec3 *rx, *hull;
+    KellerVec3 tx, rx;
 } Job;
 
 static void step_of(StepCode code, KellerStep *step)
@@ -129,7 +126,7 @@ static uint32_t steps_of(const Side *s, uint32_t index, StepCode *codes)
 }
 
 /* One forward with one backward sequence. */
-static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, PathList *lists, JoinWork *work)
+static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, PathList *list, JoinWork *work)
 {
     StepCode codes[MOST], tail[MOST];
     KellerStep steps[2 * MOST];
@@ -147,19 +144,13 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
         common = lit;
     }
     if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, common, &useful)) return true;
-    if (useful && job->receivers > 1 && !sieve_passes_hull(&sieve, job->hull_count, job->hull)) {
-        work->candidates++;
-        return true;
-    }
-    for (uint32_t r = 0; r < job->receivers; r++) {
-        if (useful && !sieve_passes(&sieve, job->rx[r])) work->candidates++;
-        else if (!solve_sequence(job->limits, job->tx, job->rx[r], a + b, steps, &lists[r], work)) return false;
-    }
+    if (!useful || sieve_passes(&sieve, job->rx, NULL)) return solve_sequence(job->limits, job->tx, job->rx, a + b, steps, list, work);
+    work->candidates++;
     return true;
 }
 
 /* All pairs of one group whose lit parts and angles agree. */
-static bool solve_group(const Job *job, const Group *g, PathList *lists, JoinWork *work)
+static bool solve_group(const Job *job, const Group *g, PathList *list, JoinWork *work)
 {
     const Side *f = &job->forward, *b = &job->backward;
     StepCode first = last_code(f, g->f0);
@@ -173,47 +164,45 @@ static bool solve_group(const Job *job, const Group *g, PathList *lists, JoinWor
                 if (job->on_leg ? !edges_agree(&pair, &there[i], &back[k])
                                 : code_is_wedge(first) && !meet_at_edge(&there[i], &back[k]))
                     continue;
-                if (!solve_pair(job, i, k, lists, work)) return false;
+                if (!solve_pair(job, i, k, list, work)) return false;
             }
     }
     return true;
 }
 
-static bool solve_groups(const Job *job, const Group *groups, size_t count, PathList *lists, JoinWork *work)
+static bool solve_groups(const Job *job, const Group *groups, size_t count, PathList *list, JoinWork *work)
 {
     uint32_t threads = job->limits->threads;
     bool ok = true;
     if (threads <= 1) {
-        for (size_t m = 0; m < count && ok; m++) ok = solve_group(job, &groups[m], lists, work);
+        for (size_t m = 0; m < count && ok; m++) ok = solve_group(job, &groups[m], list, work);
         return ok;
     }
 #pragma omp parallel num_threads((int)threads)
     {
-        PathList *own = calloc(job->receivers, sizeof *own);
+        PathList own = {0};
         JoinWork own_work = {0};
-        bool own_ok = own != NULL;
+        bool own_ok = true;
         for (size_t m = 0; m < count && !job->on_leg; m++) { /* few groups: their rows are shared */
 #pragma omp for schedule(dynamic, 16) nowait
             for (uint32_t i = groups[m].f0; i < groups[m].f1; i++) {
                 Group row = {i, i + 1, groups[m].b0, groups[m].b1};
-                if (own_ok) own_ok = solve_group(job, &row, own, &own_work);
+                if (own_ok) own_ok = solve_group(job, &row, &own, &own_work);
             }
         }
         if (job->on_leg) {
 #pragma omp for schedule(dynamic, 1) nowait
             for (size_t m = 0; m < count; m++)
-                if (own_ok) own_ok = solve_group(job, &groups[m], own, &own_work);
+                if (own_ok) own_ok = solve_group(job, &groups[m], &own, &own_work);
         }
 #pragma omp critical(keller_join)
         {
-            for (uint32_t r = 0; own_ok && r < job->receivers; r++) own_ok = path_list_append(&lists[r], &own[r]);
-            ok = ok && own_ok;
+            ok = ok && own_ok && path_list_append(list, &own);
             work->candidates += own_work.candidates;
             work->accel.nodes += own_work.accel.nodes;
             work->accel.triangles += own_work.accel.triangles;
         }
-        for (uint32_t r = 0; own && r < job->receivers; r++) path_list_free(&own[r]);
-        free(own);
+        path_list_free(&own);
     }
     return ok;
 }
@@ -223,7 +212,7 @@ static bool solve_groups(const Job *job, const Group *groups, size_t count, Path
 static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, Pattern pattern, size_t *group_count)
 {
     uint32_t k = pattern_length(pattern);
-    Meeting planned = plan_meeting(pattern, job->limits->bends, job->limits->grids);
+    Meeting planned = plan_meeting(pattern, job->limits->bends);
     job->on_leg = meets_on_leg(planned, pattern);
     if (job->on_leg) {
         job->forward = side_of(forward, pattern_first(pattern, planned.forward));
@@ -246,17 +235,13 @@ static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, 
     assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
 }
 
-KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
-                       const KellerVec3 *rx, uint32_t hull_count, const KellerVec3 *hull, PathList *lists, JoinWork *work,
-                       KellerError *error)
+KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, KellerVec3 rx, PathList *list,
+                       JoinWork *work, KellerError *error)
 {
-    bool ok = true;
-    for (uint32_t r = 0; r < count && ok; r++) /* line of sight */
-        ok = solve_sequence(limits, tx, rx[r], 0, NULL, &lists[r], work);
+    bool ok = solve_sequence(limits, tx, rx, 0, NULL, list, work); /* line of sight */
     for (Pattern p = 2; p < 2u << limits->bends && ok; p++) {
         if (!plan_asks(limits->reflections, limits->diffractions, p)) continue;
-        Job job = {.limits = limits, .tx = tx, .receivers = count, .rx = rx,
-                   .hull_count = hull_count, .hull = hull};
+        Job job = {.limits = limits, .tx = tx, .rx = rx};
         size_t group_count = 0;
         choose_meeting(&job, forward, backward, p, &group_count);
         if (group_count == 0) continue;
@@ -264,8 +249,22 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
         ok = groups != NULL;
         if (ok && job.on_leg) count_on_leg(&job.forward, &job.backward, groups, &group_count);
         else if (ok) count_pairs(&job.forward, &job.backward, groups, &group_count);
-        ok = ok && solve_groups(&job, groups, group_count, lists, work);
+        ok = ok && solve_groups(&job, groups, group_count, list, work);
         free(groups);
+    }
+    return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
+}
+
+KellerStatus join_known(const JoinLimits *limits, const Trie *trie, uint32_t count, const CellCandidate *known, KellerVec3 tx,
+                        KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error)
+{
+    bool ok = solve_sequence(limits, tx, rx, 0, NULL, list, work);
+    for (uint32_t i = 0; i < count && ok; i++) {
+        StepCode codes[MOST];
+        KellerStep steps[MOST];
+        uint32_t length = trie_steps(trie, known[i].node, codes);
+        for (uint32_t j = 0; j < length; j++) step_of(codes[j], &steps[j]);
+        ok = solve_sequence(limits, tx, rx, length, steps, list, work);
     }
     return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
 }

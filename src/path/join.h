@@ -25,7 +25,6 @@ typedef struct {
     const FaceBox *boxes;       /* of the scene's faces */
     uint32_t reflections, diffractions, transmissions, interactions;   /* interactions: of all kinds together */
     uint32_t bends;             /* reflections and diffractions together */
-    bool grids;                 /* as the ends were planned */
     uint32_t threads;           /* for one join */
 } JoinLimits;
 
@@ -34,12 +33,13 @@ typedef struct {
     KellerAccelWork accel;
 } JoinWork;
 
-/* Finds all paths from tx to each of `count` receivers, which are in the hull of the points hull[0 .. hull_count): appends to lists[i]. The order within a list is arbitrary.
- * KELLER_FAILED: memory. */
-KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, uint32_t count,
-                       const KellerVec3 *rx, uint32_t hull_count, const KellerVec3 *hull, PathList *lists, JoinWork *work, KellerError *error);
+/* Finds all paths from tx to rx and appends them to the list, in arbitrary order. KELLER_FAILED: memory. */
+KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, KellerVec3 rx, PathList *list,
+                       JoinWork *work, KellerError *error);
+/* The same where the candidates are known: the line of sight and `count` sequences of the trie. */
+KellerStatus join_known(const JoinLimits *limits, const Trie *trie, uint32_t count, const CellCandidate *known, KellerVec3 tx,
+                        KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error);
 
-KellerStatus ends_search(Ends *ends, const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads,
-                         TreeWork *work, KellerError *error);
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error);
 void ends_free(Ends *ends);
 #endif

@@ -34,14 +34,13 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern)
 /* Places are counted from the receiver, from 1. */
 static bool wedge_at(Pattern pattern, uint32_t place) { return pattern >> (place - 1) & 1; }
 
-Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids)
+Meeting plan_meeting(Pattern pattern, uint32_t bends)
 {
     uint32_t k = pattern_length(pattern), wedges = pattern_wedges(pattern), half = (bends + 1) / 2, m = k < half ? k : half;
     uint32_t first = 1; /* the receiver's first wedge */
     while (first <= k && !wedge_at(pattern, first)) first++;
-    if (wedges == 0 || (grids && first > half + 1)) return (Meeting){k + 1 - m, m};
-    if (grids && first < k && wedge_at(pattern, first + 1)) return (Meeting){k - first, first};
-    if (grids || wedges == 1) return (Meeting){k + 1 - first, first};
+    if (wedges == 0) return (Meeting){k + 1 - m, m};
+    if (wedges == 1) return (Meeting){k + 1 - first, first};
     uint32_t best = 0, nearest = UINT32_MAX, passed = 0, ideal = (wedges + 1) / 2;
     for (uint32_t i = first; i < k; i++) {
         passed += wedge_at(pattern, i);
@@ -55,14 +54,21 @@ Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids)
     return (Meeting){k + 1 - m, m};
 }
 
-void plan_ends(uint32_t reflections, uint32_t diffractions, bool grids, TreePlan *forward, TreePlan *backward)
+void plan_ends(uint32_t reflections, uint32_t diffractions, TreePlan *forward, TreePlan *backward)
 {
     for (Pattern p = 2; p < 2u << forward->bends; p++) {
         if (!plan_asks(reflections, diffractions, p)) continue;
-        Meeting m = plan_meeting(p, forward->bends, grids);
+        Meeting m = plan_meeting(p, forward->bends);
         forward->of[pattern_first(p, m.forward)] |= PLAN_WANT;
         backward->of[pattern_last(p, m.backward)] |= PLAN_WANT;
     }
     plan_uses(forward);
     plan_uses(backward);
+}
+
+void plan_alone(uint32_t reflections, uint32_t diffractions, TreePlan *plan)
+{
+    for (Pattern p = 2; p < 2u << plan->bends; p++)
+        if (plan_asks(reflections, diffractions, p)) plan->of[p] |= PLAN_WANT;
+    plan_uses(plan);
 }

@@ -20,12 +20,12 @@ void plan_free(TreePlan *plan);
 bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
 
 /* Where the ends meet for a pattern of at least one step, of `bends` at most. A fan from a wedge costs more than anything else,
- * so the fewer the better. For points they meet on a leg between wedges that follow each other, so that neither fans out from
- * these, as near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. For grids the
- * receivers' side, which cannot fan out, goes at most half the way, or one step farther to its first wedge, and the
- * transmitter's, whose tree serves all patches, does the rest. */
-Meeting plan_meeting(Pattern pattern, uint32_t bends, bool grids);
+ * so the fewer the better. They meet on a leg between wedges that follow each other, so that neither end fans out from these, as
+ * near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. */
+Meeting plan_meeting(Pattern pattern, uint32_t bends);
 
 /* Fills the plans of both ends, which plan_init has made; so that for every kind of path the two ends meet. */
-void plan_ends(uint32_t reflections, uint32_t diffractions, bool grids, TreePlan *forward, TreePlan *backward);
+void plan_ends(uint32_t reflections, uint32_t diffractions, TreePlan *forward, TreePlan *backward);
+/* The plan of a search from one end alone: for every kind of path. */
+void plan_alone(uint32_t reflections, uint32_t diffractions, TreePlan *plan);
 #endif

@@ -77,36 +77,7 @@ static bool passes_faces(const Sieve *s, const KellerVec3 *image, KellerVec3 tar
     return true;
 }
 
-bool sieve_passes_hull(const Sieve *s, uint32_t count, const KellerVec3 *hull)
-{
-    if (s->wedge == s->count) return true;
-    const KellerWedge *w = &s->scene->wedges[s->step[s->wedge].id];
-    double low = INFINITY, high = -INFINITY, near = INFINITY, far = 0, rounding = s->rounding, across = 0;
-    for (uint32_t k = 0; k < count; k++) {
-        KellerVec3 p = hull[k];
-        double z, rho;
-        rounding = greater(rounding, path_rounding(s->scene, p));
-        across = greater(across, v3_distance(hull[0], p));
-        for (uint32_t i = s->count; i-- > s->wedge + 1;) {
-            const KellerFace *f = &s->scene->faces[s->step[i].id];
-            p = v3_mirror_point(p, f->normal, f->offset);
-        }
-        from_edge(w, p, &z, &rho);
-        low = lesser(low, z);
-        high = greater(high, z);
-        near = lesser(near, rho);
-        far = greater(far, rho);
-    }
-    near = greater(0, near - across); /* points between corners may be nearer than these */
-    if (!(s->rho > 0)) return true;
-    double least = s->rho / (s->rho + far), most = s->rho / (s->rho + near), margin = 8 * rounding;
-    low -= s->z;
-    high -= s->z;
-    double first = s->z + lesser(low * least, low * most), last = s->z + greater(high * least, high * most);
-    return last >= s->lit[0] - margin && first <= s->lit[1] + margin;
-}
-
-bool sieve_passes(const Sieve *s, KellerVec3 rx)
+bool sieve_passes(const Sieve *s, KellerVec3 rx, double *place)
 {
     double rounding = greater(s->rounding, path_rounding(s->scene, rx));
     if (s->wedge == s->count) return passes_faces(s, s->image, rx, rounding, 0, 1, s->count);
@@ -121,6 +92,7 @@ bool sieve_passes(const Sieve *s, KellerVec3 rx)
     from_edge(w, image[behind], &z, &rho);
     double t = s->z + (z - s->z) * (s->rho / (s->rho + rho)); /* as path_shortest has it */
     if (!(s->rho + rho > 0) || t < s->lit[0] - 4 * rounding || t > s->lit[1] + 4 * rounding) return false;
+    if (place) *place = t;
     KellerVec3 q = v3_madd(w->origin, w->direction, t);
     return passes_faces(s, s->image, q, rounding, 0, 1, s->wedge) &&
            passes_faces(s, image, q, rounding, s->count - 1, -1, behind);

@@ -27,9 +27,7 @@ typedef struct {
 bool sieve_make(Sieve *sieve, const KellerScene *scene, const FaceBox *boxes, KellerVec3 tx, uint32_t count,
                 const KellerStep *steps, const double lit[2], bool *useful);
 
-/* False only if there is surely no path of this sequence to any point of the hull of these: none that meets the edge where it can. */
-bool sieve_passes_hull(const Sieve *sieve, uint32_t count, const KellerVec3 *hull);
-
-/* False only if there is surely no path of this sequence to rx: a point of it outside its face's box, or off the edge. */
-bool sieve_passes(const Sieve *sieve, KellerVec3 rx);
+/* False only if there is surely no path of this sequence to rx: a point of it outside its face's box, or off the edge. With a
+ * diffraction *place (may be NULL) is where on the edge, m. */
+bool sieve_passes(const Sieve *sieve, KellerVec3 rx, double *place);
 #endif

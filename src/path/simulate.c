@@ -1,5 +1,6 @@
-/* A whole simulation: for each transmitter its tree once, then the receivers in units (a point, or a patch of a grid),
- * each with its own tree from the other end. Units are worked on in parallel in blocks and handed out in order. */
+/* A whole simulation. For points each transmitter's tree is searched once, then each receiver's from the other end. For grids the search
+ * is from the transmitter alone: it finds the cells that each sequence leads to. Receivers are worked on in parallel in blocks and
+ * handed out in order. */
 #include <math.h>
 #include <omp.h>
 #include <stdlib.h>
@@ -14,16 +15,20 @@
 #include "base/number.h"
 
 enum {
-    PATCH = 8,              /* cells along a side of a patch */
     BLOCK = 128,            /* points of a route worked on together */
+    CELLS = 1024,           /* cells of a map worked on together */
     TARGET_RECEIVERS = 64,  /* points up to which the transmitter's search is aimed at what they see */
     BATCH = 8192            /* paths handed to the sink at once */
 };
+static const size_t CANDIDATES = 1u << 25; /* of a part of a map; where there are more it is cut in two */
 
+/* What the search for a part of a map found: candidates of its cell c are known.item[begin[c] .. begin[c + 1]). */
 typedef struct {
-    uint32_t count;
-    uint32_t receiver[PATCH * PATCH];
-} Unit;
+    Trie trie;
+    CellCandidates known;
+    size_t *begin;
+    uint32_t x, y, nx, ny;      /* of the grid */
+} Part;
 
 typedef struct {
     const KellerConfig *config;
@@ -35,7 +40,7 @@ typedef struct {
     uint32_t tx;
     Ends forward;
     TreeLimits backward;
-    TreePlan plan[2];           /* of the transmitter's and of the receivers' side */
+    TreePlan plan[2];           /* of the transmitter's and of the receivers' side; for grids the first is all */
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
@@ -76,58 +81,36 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
     return KELLER_OK;
 }
 
-/* The corners of the patch that the unit's receivers span (all at one height), or the point itself. */
-static uint32_t unit_hull(const KellerConfig *config, const Unit *unit, KellerVec3 hull[SOURCES])
+/* All paths to one receiver. part: NULL, or where its candidates are, as cell `cell`. `threads` > 1 where there are no others. */
+static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, size_t cell, uint32_t threads, PairResult *result,
+                                 KellerSimulationWork *work, KellerError *error)
 {
-    KellerVec3 lo = config->receivers[unit->receiver[0]].station.position, hi = lo;
-    for (uint32_t i = 1; i < unit->count; i++) {
-        KellerVec3 p = config->receivers[unit->receiver[i]].station.position;
-        lo = v3(lesser(lo.x, p.x), lesser(lo.y, p.y), lesser(lo.z, p.z));
-        hi = v3(greater(hi.x, p.x), greater(hi.y, p.y), greater(hi.z, p.z));
-    }
-    uint32_t n = 0;
-    hull[n++] = lo;
-    if (hi.x > lo.x) hull[n++] = v3(hi.x, lo.y, lo.z);
-    if (hi.y > lo.y) {
-        hull[n++] = v3(lo.x, hi.y, lo.z);
-        if (hi.x > lo.x) hull[n++] = v3(hi.x, hi.y, lo.z);
-    }
-    return n;
-}
-
-/* All paths of one unit; results[i] belongs to its i-th receiver. `threads` > 1 where there are no other units. */
-static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, PairResult *results,
-                             KellerSimulationWork *work, KellerError *error)
-{
-    KellerVec3 hull[SOURCES], rx[PATCH * PATCH];
-    PathList lists[PATCH * PATCH];
-    memset(lists, 0, sizeof lists);
-    uint32_t hull_count = unit_hull(s->config, unit, hull);
-    for (uint32_t i = 0; i < unit->count; i++) rx[i] = s->config->receivers[unit->receiver[i]].station.position;
+    KellerVec3 from = s->config->transmitters[s->tx].station.position, to = s->config->receivers[rx].station.position;
     JoinLimits join = s->join;
     join.threads = threads;
+    PathList *list = &result->paths;
     Ends backward;
     TreeWork tree_work = {0};
     JoinWork join_work = {0};
+    KellerStatus status = KELLER_OK;
     double start = omp_get_wtime();
-    KellerStatus status = ends_search(&backward, &s->backward, hull_count, hull, threads, &tree_work, error);
-    double middle = omp_get_wtime();
+    if (!part) status = ends_search(&backward, &s->backward, to, threads, &tree_work, error);
     if (status != KELLER_OK) return status;
-    status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
-                       hull_count, hull, lists, &join_work, error);
-    ends_free(&backward);
-    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
-    for (uint32_t i = 0; i < unit->count; i++) {
-        if (status == KELLER_OK && ends &&
-            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i],
-                           &join_work.accel))
-            status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
-        path_list_merge_corners(s->scene, &lists[i]);
-        results[i].paths = lists[i];
-        work->valid_paths += lists[i].count;
-        if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], work))
-            status = keller_error(error, KELLER_FAILED, "out of memory for the fields of the paths");
+    double middle = omp_get_wtime();
+    if (part) {
+        size_t begin = part->begin[cell], count = part->begin[cell + 1] - begin;
+        status = join_known(&join, &part->trie, (uint32_t)count, part->known.item + begin, from, to, list, &join_work, error);
+    } else {
+        status = join_ends(&join, &s->forward, &backward, from, to, list, &join_work, error);
+        ends_free(&backward);
     }
+    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
+    if (status == KELLER_OK && ends && !edge_ends_add(s->scene, s->accel, from, to, list, &join_work.accel))
+        status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
+    path_list_merge_corners(s->scene, list);
+    work->valid_paths += list->count;
+    if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, rx, result, work))
+        status = keller_error(error, KELLER_FAILED, "out of memory for the fields of the paths");
     work->seconds_search += middle - start;
     work->seconds_solve += omp_get_wtime() - middle;
     work->cones += tree_work.cones;
@@ -170,29 +153,27 @@ static KellerStatus flush(Simulation *s, bool all, KellerError *error)
     return status;
 }
 
-/* Works on the receivers first .. first + count - 1 of a set, cut into `unit_count` units, and hands them out in order. */
-static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint32_t first, uint32_t count,
-                              const Unit *units, uint32_t unit_count, KellerCoverage *coverage, KellerError *error)
+/* Works on the receivers first .. first + count - 1 of a set and hands them out in order. part: NULL, or the part of the grid whose
+ * cells from `cell` on they are. */
+static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint32_t first, uint32_t count, const Part *part,
+                              size_t cell, KellerCoverage *coverage, KellerError *error)
 {
     PairResult *results = calloc(count, sizeof *results);
     if (!results) return keller_error_memory(error, count * sizeof *results);
-    uint32_t threads = s->work->threads, across = unit_count > 1 ? threads : 1, within = unit_count > 1 ? 1 : threads;
+    uint32_t threads = s->work->threads, across = count > 1 ? threads : 1, within = count > 1 ? 1 : threads;
     KellerStatus status = KELLER_OK;
     uint32_t finished = 0;
 #pragma omp parallel num_threads((int)across) if (across > 1)
     {
         KellerSimulationWork work = {0};
 #pragma omp for schedule(dynamic, 1)
-        for (uint32_t u = 0; u < unit_count; u++) {
+        for (uint32_t i = 0; i < count; i++) {
             KellerStatus seen;
 #pragma omp atomic read
             seen = status;
             if (seen != KELLER_OK) continue;
-            PairResult own[PATCH * PATCH];
-            memset(own, 0, sizeof own);
             KellerError own_error;
-            KellerStatus own_status = run_unit(s, &units[u], within, own, &work, &own_error);
-            for (uint32_t i = 0; i < units[u].count; i++) results[units[u].receiver[i] - first] = own[i];
+            KellerStatus own_status = run_receiver(s, first + i, part, cell + i, within, &results[i], &work, &own_error);
             if (own_status != KELLER_OK) {
 #pragma omp critical(keller_simulate)
                 {
@@ -203,7 +184,7 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
             }
             uint32_t now;
 #pragma omp atomic capture
-            now = finished += units[u].count;
+            now = ++finished;
             if (s->sink->progress && omp_get_thread_num() == 0)
                 s->sink->progress(s->sink->context, (double)(s->done + now) / (double)s->total);
         }
@@ -229,35 +210,101 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     return status;
 }
 
-/* A grid in bands of PATCH rows, each band in patches. */
+static void part_free(Part *p)
+{
+    trie_free(&p->trie);
+    free(p->known.item);
+    free(p->begin);
+    *p = (Part){0};
+}
+
+static int compare_candidates(const void *pa, const void *pb)
+{
+    const CellCandidate *a = pa, *b = pb;
+    if (a->cell != b->cell) return a->cell < b->cell ? -1 : 1;
+    return a->node < b->node ? -1 : a->node > b->node;
+}
+
+/* Sorts the candidates by cells, each once. */
+static KellerStatus part_sort(Part *p, KellerError *error)
+{
+    size_t cells = (size_t)p->nx * p->ny, n = p->known.count, at = 0, kept = 0;
+    CellCandidate *item = p->known.item;
+    p->begin = malloc((cells + 1) * sizeof *p->begin);
+    if (!p->begin) return keller_error_memory(error, (cells + 1) * sizeof *p->begin);
+    if (n > 0) qsort(item, n, sizeof *item, compare_candidates);
+    for (size_t c = 0; c < cells; c++) {
+        p->begin[c] = kept;
+        for (; at < n && item[at].cell == c; at++)
+            if (at == 0 || compare_candidates(&item[at - 1], &item[at]) != 0) item[kept++] = item[at];
+    }
+    p->begin[cells] = kept;
+    return KELLER_OK;
+}
+
+/* The search for a part of a grid, whose place is set. *full: it has too many candidates, and nothing is returned. */
+static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Part *p, bool *full, KellerError *error)
+{
+    CellGrid grid = cells_of(s->config, set, p->x, p->y, p->nx, p->ny);
+    TreeLimits limits = s->backward; /* both sides have the same */
+    limits.plan = &s->plan[0];
+    limits.targets = NULL;
+    limits.cells = &grid;
+    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : CANDIDATES;
+    limits.boxes = s->join.boxes;
+    TreeWork work = {0};
+    double start = omp_get_wtime();
+    KellerStatus status = tree_search(&limits, s->config->transmitters[s->tx].station.position, s->work->threads, &p->trie, &p->known,
+                                      &work, error);
+    *full = p->known.full;
+    if (status == KELLER_OK && !*full) status = part_sort(p, error);
+    s->work->seconds_search += omp_get_wtime() - start;
+    s->work->cones += work.cones;
+    s->work->nodes += work.accel.nodes;
+    s->work->triangles += work.accel.triangles;
+    return status;
+}
+
+static KellerStatus run_part(Simulation *s, const KellerReceiverSet *set, Part part, KellerCoverage *coverage, KellerError *error)
+{
+    bool full;
+    KellerStatus status = part_search(s, set, &part, &full, error);
+    if (status == KELLER_OK && full) { /* rows first, so that the order stays */
+        Part half[2] = {part, part};
+        if (part.ny > 1) {
+            half[0].ny = part.ny / 2;
+            half[1].y += half[0].ny;
+            half[1].ny -= half[0].ny;
+        } else {
+            half[0].nx = part.nx / 2;
+            half[1].x += half[0].nx;
+            half[1].nx -= half[0].nx;
+        }
+        for (int i = 0; i < 2 && status == KELLER_OK; i++) status = run_part(s, set, half[i], coverage, error);
+        return status;
+    }
+    /* whole rows, or a part of one: receivers that follow each other */
+    uint32_t first = set->first + part.y * set->nx + part.x, cells = part.nx * part.ny;
+    for (uint32_t at = 0; at < cells && status == KELLER_OK; at += CELLS)
+        status = run_block(s, set, first + at, cells - at < CELLS ? cells - at : CELLS, &part, at, coverage, error);
+    part_free(&part);
+    return status;
+}
+
 static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *error)
 {
     const KellerReceiverSet *set = &s->config->sets[set_index];
-    uint32_t patches = (set->nx + PATCH - 1) / PATCH;
     bool maps = s->sink->coverage && s->config->output_coverage;
     KellerCoverage coverage = {0};
-    Unit *units = malloc(patches * sizeof *units);
     bool room = !maps || coverage_init(&coverage, s->tx, set_index, set->ny, set->nx, s->config->frequency_count);
     if (room && maps && s->scene->sound.speed > 0) room = level_init(&coverage);
-    if (!units || !room) {
+    if (!room) {
         coverage_free(&coverage);
-        free(units);
         return keller_error(error, KELLER_FAILED, "out of memory for a grid of %u x %u cells", set->ny, set->nx);
     }
-    KellerStatus status = KELLER_OK;
-    for (uint32_t y = 0; y < set->ny && status == KELLER_OK; y += PATCH) {
-        uint32_t rows = set->ny - y < PATCH ? set->ny - y : PATCH;
-        for (uint32_t p = 0; p < patches; p++) {
-            units[p].count = 0;
-            for (uint32_t j = 0; j < rows; j++)
-                for (uint32_t x = p * PATCH; x < set->nx && x < (p + 1) * PATCH; x++)
-                    units[p].receiver[units[p].count++] = set->first + (y + j) * set->nx + x;
-        }
-        status = run_block(s, set, set->first + y * set->nx, rows * set->nx, units, patches, maps ? &coverage : NULL, error);
-    }
+    KellerStatus status = run_part(s, set, (Part){.nx = set->nx, .ny = set->ny}, maps ? &coverage : NULL, error);
     if (status == KELLER_OK && maps) status = s->sink->coverage(s->sink->context, &coverage, error);
     coverage_free(&coverage);
-    free(units);
     return status;
 }
 
@@ -265,18 +312,9 @@ static KellerStatus run_points(Simulation *s, uint32_t first_set, uint32_t end_s
 {
     const KellerReceiverSet *sets = s->config->sets;
     uint32_t first = sets[first_set].first, end = sets[end_set - 1].first + sets[end_set - 1].count;
-    Unit *units = malloc(BLOCK * sizeof *units);
-    if (!units) return keller_error_memory(error, BLOCK * sizeof *units);
     KellerStatus status = KELLER_OK;
-    for (uint32_t at = first; at < end && status == KELLER_OK; at += BLOCK) {
-        uint32_t n = end - at < BLOCK ? end - at : BLOCK;
-        for (uint32_t i = 0; i < n; i++) {
-            units[i].count = 1;
-            units[i].receiver[0] = at + i;
-        }
-        status = run_block(s, &sets[first_set], at, n, units, n, NULL, error);
-    }
-    free(units);
+    for (uint32_t at = first; at < end && status == KELLER_OK; at += BLOCK)
+        status = run_block(s, &sets[first_set], at, end - at < BLOCK ? end - at : BLOCK, NULL, 0, NULL, error);
     return status;
 }
 
@@ -296,7 +334,7 @@ static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVe
     KellerStatus status = seen && wedges ? KELLER_OK : keller_error_memory(error, s->scene->wedge_count * sizeof *wedges);
     for (uint32_t i = 0; i < count && status == KELLER_OK; i++) {
         Trie trie;
-        status = tree_search(&limits, 1, &points[i], s->work->threads, &trie, work, error);
+        status = tree_search(&limits, points[i], s->work->threads, &trie, NULL, work, error);
         if (status != KELLER_OK) break;
         for (uint32_t j = 1; j < trie.count; j++) seen[code_id(trie.nodes[j].code)] = 1;
         trie_free(&trie);
@@ -311,14 +349,13 @@ static KellerStatus visible_wedges(Simulation *s, uint32_t count, const KellerVe
 
 /* For the longest paths with a wedge next to one end, the other end need only look for wedges that this end sees. With
  * many receivers nearly all are seen by one or another, so there the transmitter looks for all. */
-static KellerStatus find_targets(Simulation *s, bool grids, TreeWork *work, KellerError *error)
+static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *error)
 {
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
     if (c->diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
-    if (grids) return status;
     for (size_t i = 0; i < c->set_count; i++) {
         if (c->sets[i].kind == KELLER_SET_GRID) continue;
         total += c->sets[i].count;
@@ -348,17 +385,20 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     TreeWork work = {0};
     double start = omp_get_wtime();
     s->backward = forward;
-    KellerStatus status = find_targets(s, grids, &work, error);
-    if (status != KELLER_OK) return status;
     if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
         return keller_error_memory(error, (size_t)4 << s->join.bends);
-    plan_ends(c->reflections, c->diffractions, grids, &s->plan[0], &s->plan[1]);
+    if (grids) { /* each part of a grid has its own search */
+        plan_alone(c->reflections, c->diffractions, &s->plan[0]);
+        return KELLER_OK;
+    }
+    plan_ends(c->reflections, c->diffractions, &s->plan[0], &s->plan[1]);
+    KellerStatus status = find_targets(s, &work, error);
+    if (status != KELLER_OK) return status;
     forward.plan = &s->plan[0];
     s->backward.plan = &s->plan[1];
-    s->join.grids = grids;
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
-    status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    status = ends_search(&s->forward, &forward, c->transmitters[s->tx].station.position, s->work->threads, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;

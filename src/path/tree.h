@@ -3,11 +3,11 @@
  * path from this end can begin with. */
 #ifndef KELLER_PATH_TREE_H
 #define KELLER_PATH_TREE_H
-#include "path/beam.h"
+#include "path/cells.h"
+#include "path/sieve.h"
 #include "path/trie.h"
 
-/* What a search is for: of[pattern], PLAN_ flags. Only a point may fan out from wedges, so for a patch no pattern with steps
- * behind a wedge is wanted. */
+/* What a search is for: of[pattern], PLAN_ flags. */
 typedef struct {
     uint32_t bends;             /* patterns of at most so many steps, <= KELLER_MAX_BENDS */
     uint8_t *of;                /* [4 << bends]: what follows the longest can be asked for too, and is of no use */
@@ -25,15 +25,30 @@ typedef struct {
     uint32_t target_length;
     double tan_aperture;        /* cones that meet much are split down to this half-angle */
     uint32_t split_over;        /* what is much; 0: chosen here */
+    /* Cells that wanted sequences are to reach; NULL: what is asked for is the sequences. */
+    const CellGrid *cells;
+    size_t cells_most;          /* candidates that may be found for them, about */
+    const FaceBox *boxes;       /* of the scene's faces, for the cells */
 } TreeLimits;
 
 typedef struct {
-    uint64_t cones;
+    uint64_t cones, cells;      /* cells: looked at in the footprints of beams */
     KellerAccelWork accel;
 } TreeWork;
 
-/* Fills the trie. The end is the convex hull of `count` points (1 .. SOURCES). Uses up to `threads` threads. Which
- * needless sequences are found besides the needed ones may depend on their number. KELLER_FAILED: memory. */
-KellerStatus tree_search(const TreeLimits *limits, uint32_t count, const KellerVec3 *end, uint32_t threads, Trie *trie,
+/* A cell, as its place in its part of the grid, and a sequence of the trie that may lead there. */
+typedef struct {
+    uint32_t cell, node;
+} CellCandidate;
+
+typedef struct {
+    CellCandidate *item;        /* in any order; some more than once */
+    size_t count, room;
+    bool full;                  /* they were more than cells_most, and none is returned */
+} CellCandidates;
+
+/* Fills the trie, and where there are limits->cells also the candidates (else NULL), to be freed with free(candidates->item). Uses up to
+ * `threads` threads. Which needless sequences are found besides the needed ones may depend on their number. KELLER_FAILED: memory. */
+KellerStatus tree_search(const TreeLimits *limits, KellerVec3 end, uint32_t threads, Trie *trie, CellCandidates *candidates,
                          TreeWork *work, KellerError *error);
 #endif

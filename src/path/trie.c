@@ -87,10 +87,10 @@ void trie_light(Trie *t, uint32_t node, double from, double to)
     add_light(&t->nodes[node], lit);
 }
 
-bool trie_merge(Trie *into, const Trie *from)
+uint32_t *trie_merge(Trie *into, const Trie *from)
 {
     uint32_t *map = malloc(from->count * sizeof *map);
-    if (!map) return false;
+    if (!map) return NULL;
     map[0] = 0;
     bool ok = true;
     for (uint32_t i = 1; i < from->count && ok; i++) { /* parents come before their children */
@@ -98,8 +98,9 @@ bool trie_merge(Trie *into, const Trie *from)
         ok = map[i] != KELLER_NONE;
         if (ok) add_light(&into->nodes[map[i]], from->nodes[i].lit);
     }
+    if (ok) return map;
     free(map);
-    return ok;
+    return NULL;
 }
 
 static int compare(const void *pa, const void *pb, void *context)

@@ -51,8 +51,9 @@ bool trie_init(Trie *trie);
 void trie_free(Trie *trie);
 /* The sequence `parent` followed by `code`, added if new; KELLER_NONE: out of memory, or more than TRIE_MOST. */
 uint32_t trie_child(Trie *trie, uint32_t parent, StepCode code);
-/* Adds all sequences of `from` to `into`; false: out of memory. */
-bool trie_merge(Trie *into, const Trie *from);
+/* Adds all sequences of `from` to `into`; returns where each of from's nodes is now, [from->count], to be freed with free(), or NULL: out
+ * of memory. */
+uint32_t *trie_merge(Trie *into, const Trie *from);
 /* The edge of the sequence's last wedge is met in this part of it too, from its start, as shares of its length. */
 void trie_light(Trie *trie, uint32_t node, double from, double to);
 

@@ -1,0 +1,93 @@
+/* The state of a candidate search, shared by its files: what a beam meets (meet.c), what it becomes at a wedge (fan.c), which cells of a
+ * map it reaches (reach.c), and the search itself (tree.c). */
+#ifndef KELLER_PATH_SEARCH_H
+#define KELLER_PATH_SEARCH_H
+#include "path/slabs.h"
+#include "path/tree.h"
+
+#define BEAM_PAD 1e-9           /* relative widening of slopes, far above their rounding */
+
+typedef struct {
+    uint32_t node;              /* the sequence so far */
+    Bundle bundle;              /* its rays: from images of the end, or of the piece of edge that they fan out from */
+    uint32_t mirror;            /* face it was last reflected in, or KELLER_NONE */
+    uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
+    uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
+    double piece[2];            /* m along the edge of the last wedge: where the two sources are images of */
+} Beam;
+
+typedef struct {
+    uint32_t face;
+    double near;
+} HitFace;
+
+/* The beams of one sequence from one source, together: the smallest window in a frame of its own that holds theirs. */
+typedef struct {
+    uint32_t node, mirror, passed, source_count;
+    KellerVec3 source[SOURCES], along;
+    Slopes slopes;
+} Pending;
+
+typedef struct {
+    const TreeLimits *limits;
+    KellerVec3 end;
+    Trie trie;
+    TreeWork work;
+    bool failed;                /* out of memory, or too many cells reached: nothing more is searched */
+    uint32_t *stamp, *slot;     /* [face_count]: query that last met the face, and its place among the hits */
+    uint32_t query;
+    Pending *pending;           /* [pending_room] sequences of which only what they meet next is asked for: the many small */
+    uint32_t pending_count, pending_room;   /* beams that are found of each at different times are followed as one */
+    uint32_t *place, place_capacity;    /* [nodes of the trie]: where among the pending ones a node may be */
+    CellCandidates reached;
+    size_t *together;           /* candidates of all threads, to a CHUNK */
+    bool full;                  /* they are more than allowed */
+} Search;
+
+/* One beam's look at the scene. */
+typedef struct {
+    Search *search;
+    const Beam *beam;
+    BundleTest test;
+    KellerCone cone;
+    double start_near, start_far;   /* z where rays of the beam start */
+    double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
+    double far;                     /* nothing beyond this can be seen */
+    double lowest, highest;         /* of the world's z: what is all below or all above is not met */
+    Slabs slabs;
+    bool may_split, too_much;
+    uint32_t much;
+    uint32_t faces, wedges, face_capacity, wedge_capacity;
+    HitFace *face;
+    uint32_t *wedge;
+} Query;
+
+/* The part of a wedge's edge inside the cone, m from its start. */
+typedef struct {
+    double from, to;
+    double near;                /* of the cone's z */
+} Piece;
+
+/* The sign of the mirror's side that a reflected beam's rays are on; 0: no mirror, or not to be told. */
+double beam_front(const Beam *beam, const KellerScene *scene);
+/* The beam's cone and where its rays start; false if it is too wide for one cone. `slabs`: that its rays may pass through. Free with
+ * query_free. */
+bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
+void query_free(Query *q);
+/* Collects the faces met, and q->far behind those that all rays meet, or sets too_much. */
+void query_faces(Query *q);
+/* Collects the wedges met in front of q->far, of this accelerator. */
+void query_wedges(Query *q, const KellerAccel *accel);
+/* The part of a wedge met; false: none. */
+bool query_piece(const Query *q, uint32_t wedge, Piece *piece);
+
+/* What the rest of the search does with a beam. */
+void search_beam(Search *s, const Beam *beam);
+/* Keller's law: rays leave the edge at the angle beta at which they came: the beams from the piece of the wedge's edge, for its
+ * sequence `node`. */
+void search_fan(Search *s, const Query *q, uint32_t wedge, const Piece *piece, uint32_t node);
+/* Adds the cells that the beam may reach. */
+void search_cells(Search *s, const Beam *beam);
+/* The two halves of the beam's window; fewer where one is empty. */
+int beam_halves(const Beam *beam, Beam half[2]);
+#endif
