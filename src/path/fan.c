@@ -1,5 +1,4 @@
 /* Beams from edges. */
-#include <assert.h>
 #include <math.h>
 
 #include "base/number.h"
@@ -9,18 +8,16 @@ static const double FAN_CELL = M_PI / 5;    /* widest cone of a fan, around the 
 
 /* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is bounded by where the source lies, an
  * image of the end or of a piece of edge that the beam fans out from, and by the piece of this edge inside the cone. The fan is
- * covered by cells in phi, and by pieces of the edge so short that beta varies little along each. Patches do not fan out:
- * they meet the other end before (plan.c). */
-void search_fan(Search *s, const Query *q, uint32_t wedge, const Piece *piece, uint32_t node)
+ * covered by cells in phi, and by pieces of the edge so short that beta varies little along each. */
+void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to, uint32_t count, const KellerVec3 *source,
+                uint32_t passed)
 {
     const KellerWedge *w = &s->limits->scene->wedges[wedge];
-    const Bundle *in = &q->beam->bundle;
-    assert(in->source_count <= 2);
     double near, far, z_low, z_high;
-    path_line_distances(w, in->source[0], in->source[in->source_count - 1], &z_low, &z_high, &near, &far);
+    path_line_distances(w, source[0], source[count - 1], &z_low, &z_high, &near, &far);
     double rounding = path_rounding(s->limits->scene, w->origin);
     if (!(far > rounding)) return; /* on the edge's own line: it does not diffract for it */
-    double from = piece->from, to = piece->to, z = 0.5 * (z_low + z_high), rho = greater(rounding, 0.5 * (near + far));
+    double z = 0.5 * (z_low + z_high), rho = greater(rounding, 0.5 * (near + far));
     int pieces = (int)ceil(fabs(atan2(rho, from - z) - atan2(rho, to - z)) / (0.5 * FAN_CELL));
     pieces = pieces < 1 ? 1 : pieces > 16 ? 16 : pieces;
     int cells = (int)ceil(w->n * M_PI / FAN_CELL);
@@ -53,7 +50,7 @@ void search_fan(Search *s, const Query *q, uint32_t wedge, const Piece *piece, u
                 }
             }
             Beam b = {.node = node, .mirror = KELLER_NONE, .wedge = wedge,
-                      .passed = q->beam->passed + slabs_before(&q->slabs, piece->near), .piece = {za, zb}};
+                      .passed = passed, .piece = {za, zb}};
             b.bundle = (Bundle){2, {v3_madd(w->origin, w->direction, za), v3_madd(w->origin, w->direction, zb)},
                                 window_of(axis, &bounds)};
             search_beam(s, &b);

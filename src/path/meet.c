@@ -81,17 +81,17 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     const KellerScene *scene = s->limits->scene;
     uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane;
     if (q->too_much) return -INFINITY;
+    if (s->stamp[face] == s->query) { /* whether the beam meets this part of the face too is no matter */
+        HitFace *h = &q->face[s->slot[face]];
+        h->near = lesser(h->near, range.near);
+        return q->far;
+    }
     if (q->beam->mirror != KELLER_NONE && scene->faces[q->beam->mirror].plane == plane) return q->far;
     if (q->beam->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[q->beam->wedge], plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (behind_mirror(q, scene, 3, v) || above_or_below(q, v)) return q->far;
     if (bundle_misses(&q->test, 3, v)) return q->far;
-    if (s->stamp[face] == s->query) {
-        HitFace *h = &q->face[s->slot[face]];
-        h->near = lesser(h->near, range.near);
-        return q->far;
-    }
     q->face = with_room(q, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;

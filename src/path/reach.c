@@ -5,7 +5,7 @@
 #include "path/search.h"
 
 enum {
-    FEW_CELLS = 16,             /* to look for what hides so many would take longer than to look at each */
+    FEW_CELLS = 128,             /* to look for what hides so many would take longer than to look at each */
     HIDING_MOST = 32            /* a beam that meets more faces than this is split at once */
 };
 

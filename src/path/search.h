@@ -28,6 +28,13 @@ typedef struct {
     Slopes slopes;
 } Pending;
 
+/* The parts of the edge of a sequence's last wedge that are lit from one source, together. */
+typedef struct {
+    uint32_t node, wedge, passed;
+    KellerVec3 source;
+    double from, to;            /* m along the edge */
+} PendingFan;
+
 typedef struct {
     const TreeLimits *limits;
     KellerVec3 end;
@@ -38,6 +45,8 @@ typedef struct {
     uint32_t query;
     Pending *pending;           /* [pending_room] sequences of which only what they meet next is asked for: the many small */
     uint32_t pending_count, pending_room;   /* beams that are found of each at different times are followed as one */
+    PendingFan *fan;            /* [fan_room] */
+    uint32_t fan_count, fan_room;
     uint32_t *place, place_capacity;    /* [nodes of the trie]: where among the pending ones a node may be */
     CellCandidates reached;
     size_t *together;           /* candidates of all threads, to a CHUNK */
@@ -83,9 +92,9 @@ bool query_piece(const Query *q, uint32_t wedge, Piece *piece);
 
 /* What the rest of the search does with a beam. */
 void search_beam(Search *s, const Beam *beam);
-/* Keller's law: rays leave the edge at the angle beta at which they came: the beams from the piece of the wedge's edge, for its
- * sequence `node`. */
-void search_fan(Search *s, const Query *q, uint32_t wedge, const Piece *piece, uint32_t node);
+/* Keller's law: rays leave the edge at the angle beta at which they came, from the `count` sources (1 or 2, the ends of a segment): the
+ * beams from the part from .. to (m) of the wedge's edge, whose sequence is `node`. */
+void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to, uint32_t count, const KellerVec3 *source, uint32_t passed);
 /* Adds the cells that the beam may reach. */
 void search_cells(Search *s, const Beam *beam);
 /* The two halves of the beam's window; fewer where one is empty. */

@@ -9,7 +9,8 @@
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
     MUCH_FIRST = 8,         /* from the end itself, where everything else multiplies on what is found, */
-    MUCH_LAST = 400,        /* and where each is only a candidate */
+    MUCH_LAST = 400,        /* where each is only a candidate, */
+    MUCH_FAN = 40,          /* and where it is, from an edge: such beams overlap */
     FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
     PENDING_MOST = 1 << 17,
@@ -64,6 +65,12 @@ static bool add_slopes(const Window *w, KellerVec3 along, Slopes *slopes)
 /* Follows the pending beams. */
 static void follow(Search *s)
 {
+    uint32_t fans = s->fan_count;
+    s->fan_count = 0;
+    for (uint32_t i = 0; i < fans && !s->failed; i++) {
+        const PendingFan f = s->fan[i];
+        search_fan(s, f.node, f.wedge, f.from, f.to, 1, &f.source, f.passed);
+    }
     uint32_t count = s->pending_count;
     s->pending_count = 0; /* nothing is added: what they meet is the last */
     for (uint32_t i = 0; i < count && !s->failed; i++) {
@@ -78,8 +85,8 @@ static void follow(Search *s)
     }
 }
 
-/* Puts the beam off, together with others of its sequence; false if that cannot be. */
-static bool put_off(Search *s, const Beam *b)
+/* Room for a place of each node; false: out of memory. */
+static bool places(Search *s)
 {
     if (s->place_capacity < s->trie.capacity) {
         uint32_t *grown = realloc(s->place, s->trie.capacity * sizeof *grown);
@@ -88,6 +95,37 @@ static bool put_off(Search *s, const Beam *b)
         s->place = grown;
         s->place_capacity = s->trie.capacity;
     }
+    return true;
+}
+
+static bool put_off_fan(Search *s, const PendingFan *f)
+{
+    if (!places(s)) return false;
+    uint32_t at = s->place[f->node];
+    if (at < s->fan_count && s->fan[at].node == f->node) {
+        PendingFan *p = &s->fan[at];
+        p->from = lesser(p->from, f->from);
+        p->to = greater(p->to, f->to);
+        p->passed = f->passed < p->passed ? f->passed : p->passed;
+        return true;
+    }
+    if (s->fan_count == PENDING_MOST) follow(s);
+    if (s->fan_count == s->fan_room) {
+        uint32_t room = s->fan_room ? 2 * s->fan_room : 64;
+        PendingFan *grown = realloc(s->fan, room * sizeof *grown);
+        if (!grown) return false;
+        s->fan = grown;
+        s->fan_room = room;
+    }
+    s->place[f->node] = s->fan_count;
+    s->fan[s->fan_count++] = *f;
+    return true;
+}
+
+/* Puts the beam off, together with others of its sequence; false if that cannot be. */
+static bool put_off(Search *s, const Beam *b)
+{
+    if (!places(s)) return false;
     uint32_t at = s->place[b->node];
     if (at < s->pending_count && s->pending[at].node == b->node) {
         Pending *p = &s->pending[at];
@@ -161,8 +199,12 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
         }
         const double whole = l->scene->wedges[q->wedge[i]].length, pad = 4 * l->scene->contact;
         trie_light(&s->trie, node, (piece.from - pad) / whole, (piece.to + pad) / whole);
-        if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT))
-            search_fan(s, q, q->wedge[i], &piece, node);
+        if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
+            const Bundle *in = &q->beam->bundle;
+            PendingFan fan = {node, q->wedge[i], q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0], piece.from, piece.to};
+            if (in->source_count > 1 || !put_off_fan(s, &fan))
+                search_fan(s, node, fan.wedge, fan.from, fan.to, in->source_count, in->source, fan.passed);
+        }
     }
 }
 
@@ -193,7 +235,7 @@ static void process(Search *s, const Beam *beam)
     KellerVec3 across;
     double wide = window_width(&beam->bundle.window, &across);
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
-    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : MUCH_LAST;
+    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : beam->wedge != KELLER_NONE ? MUCH_FAN : MUCH_LAST;
     /* a window narrower than the sources look wide from most things parts nothing from anything */
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     q.may_split = wide > greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
@@ -265,6 +307,7 @@ KellerStatus tree_search(const TreeLimits *limits, KellerVec3 end, uint32_t thre
             if (!s.failed) search_side(&s, c / (n * n), c / n % n, c % n, n);
         follow(&s);
         free(s.pending);
+        free(s.fan);
         free(s.place);
         free(s.stamp);
         free(s.slot);
