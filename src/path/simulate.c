@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "path/batch.h"
-#include "path/edge_ends.h"
+#include "path/edge_paths.h"
 #include "path/field.h"
 #include "path/join.h"
 #include "path/level.h"
@@ -39,15 +39,19 @@ typedef struct {
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
+    bool whole_edges;           /* all of an edge diffracts: the search looks for reflections alone, these for the edges */
+    EdgeSearch edges;
+    EdgeWays *lit;              /* by the transmitter */
     ResponsePlan *responses;    /* NULL: none are asked for */
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
 
+static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
 /* Reflections and diffractions that one path may have together. */
 static uint32_t longest_sequence(const KellerConfig *config)
 {
-    uint32_t orders = config->reflections + config->diffractions;
-    return config->interactions < orders ? config->interactions : orders;
+    return least(config->interactions, config->reflections + config->diffractions);
 }
 
 KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
@@ -116,18 +120,19 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     status = join_ends(&join, &s->forward, &backward, s->config->transmitters[s->tx].station.position, unit->count, rx,
                        hull_count, hull, lists, &join_work, error);
     ends_free(&backward);
-    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
+    EdgeWays *seen = NULL;
+    if (status == KELLER_OK && s->whole_edges)
+        status = edge_ways_find(&s->edges, hull_count, hull, unit->count, rx, threads, &seen, &tree_work, error);
     for (uint32_t i = 0; i < unit->count; i++) {
-        if (status == KELLER_OK && ends &&
-            !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i],
-                           &join_work.accel))
-            status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
+        if (status == KELLER_OK && s->whole_edges && !edge_paths_add(&s->edges, s->lit, seen, i, &lists[i]))
+            status = keller_error(error, KELLER_FAILED, "out of memory for the paths by edges");
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;
         if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, unit->receiver[i], &results[i], work))
             status = keller_error(error, KELLER_FAILED, "out of memory for the fields of the paths");
     }
+    edge_ways_free(seen);
     work->seconds_search += middle - start;
     work->seconds_solve += omp_get_wtime() - middle;
     work->cones += tree_work.cones;
@@ -316,7 +321,7 @@ static KellerStatus find_targets(Simulation *s, bool grids, TreeWork *work, Kell
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
-    if (c->diffractions == 0 || s->join.bends < 2) return KELLER_OK;
+    if (s->join.diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
     if (grids) return status;
     for (size_t i = 0; i < c->set_count; i++) {
@@ -333,6 +338,8 @@ static void forget_forward(Simulation *s)
 {
     ends_free(&s->forward);
     for (int i = 0; i < 2; i++) plan_free(&s->plan[i]);
+    edge_ways_free(s->lit);
+    s->lit = NULL;
     keller_accel_free(s->seen_by_tx);
     keller_accel_free(s->seen_by_rx);
     s->seen_by_tx = s->seen_by_rx = NULL;
@@ -352,13 +359,17 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     if (status != KELLER_OK) return status;
     if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
         return keller_error_memory(error, (size_t)4 << s->join.bends);
-    plan_ends(c->reflections, c->diffractions, grids, &s->plan[0], &s->plan[1]);
+    plan_ends(c->reflections, s->join.diffractions, grids, &s->plan[0], &s->plan[1]);
     forward.plan = &s->plan[0];
     s->backward.plan = &s->plan[1];
     s->join.grids = grids;
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
-    status = ends_search(&s->forward, &forward, 1, &c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    const KellerVec3 *tx = &c->transmitters[s->tx].station.position;
+    status = ends_search(&s->forward, &forward, 1, tx, s->work->threads, &work, error);
+    s->edges.limits = forward;
+    if (status == KELLER_OK && s->whole_edges)
+        status = edge_ways_find(&s->edges, 1, tx, 1, tx, s->work->threads, &s->lit, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;
@@ -408,6 +419,12 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
+    s.whole_edges = scene->sound.edges == KELLER_EDGES_BTM && scene->sound.speed > 0 && s.join.diffractions > 0 && s.join.bends > 0;
+    if (s.whole_edges) {
+        s.join.diffractions = 0;
+        s.join.bends = least(config->interactions, config->reflections);
+        s.edges.reflections = least(config->interactions - 1, config->reflections);
+    }
     if (sink->response && scene->sound.speed > 0 && config->response_rate > 0) {
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;
