@@ -159,7 +159,7 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
 static KellerStatus hand_response(Simulation *s, uint32_t rx, const PairResult *pair, KellerError *error)
 {
     KellerResponse response;
-    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, &response, error);
+    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, s->work->threads, &response, error);
     if (status != KELLER_OK) return status;
     status = s->sink->response(s->sink->context, &response, error);
     free(response.pressure);
@@ -215,11 +215,13 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
 #pragma omp critical(keller_simulate)
         add_work(s->work, &work);
     }
+    bool levels = status == KELLER_OK && coverage && coverage->level;
+#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (levels && threads > 1)
+    for (uint32_t i = 0; i < count; i++) /* each its own cell */
+        if (levels) level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
     for (uint32_t i = 0; i < count; i++) {
         if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
                                                            &results[i]);
-        if (status == KELLER_OK && coverage && coverage->level)
-            level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
