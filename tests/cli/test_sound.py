@@ -121,6 +121,17 @@ def test_threads_change_nothing(folder, shared):
         assert results[0] == results[1] == results[2]
 
 
+def test_the_tail_knows_what_was_computed(folder, shared):
+    """Three reflections, but one interaction: the response and its tail are those of one reflection."""
+    responses = []
+    for paths in 'reflections="1"', 'reflections="3" interactions="1"':
+        expect(run(folder, 'absorption="0.3"', change=('<paths reflections="1"/>\n  <response rate="32 kHz" duration="100 ms"/>',
+               f'<paths {paths}/><response rate="8 kHz" duration="200 ms" tail="yes" volume="60 m3"/>')), DONE)
+        with h5(folder / "c.h5") as f:
+            responses.append(f["responses/pressure"][:].tobytes())
+    assert responses[0] == responses[1]
+
+
 def test_odd_places_and_input(folder, shared):
     """Stations on walls, rims and in corners give finite fields; what cannot be is refused with the line and what was expected."""
     for place in ('x="0 m" y="0 m" z="0 m"', 'x="50 m" y="3 m" z="0 m"', 'x="50 m" y="50 m" z="0 m"', 'x="-3 m" y="0 m" z="2 m"'):
