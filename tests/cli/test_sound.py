@@ -113,7 +113,7 @@ def test_threads_change_nothing(folder, shared):
         for threads in "1", "2", "5":
             expect(run(folder, 'rigid="yes"', "-j", threads, change=(
                 '<paths reflections="1"/>\n  <response rate="32 kHz" duration="100 ms"/>',
-                f'<paths reflections="2" diffractions="1"/>{more}<response rate="32 kHz" duration="400 ms" tail="yes" volume="90 m3"/>')), DONE)
+                f'<paths reflections="2" diffractions="1"/>{more}<response rate="32 kHz" duration="200 ms" tail="yes" volume="90 m3"/>')), DONE)
             with h5(folder / "c.h5") as f:
                 assert any(f["interactions/kind"][:] == 1)
                 results.append([f[name][:].tobytes() for name in ("responses/pressure", "responses/tail", "coverage/map/level",
@@ -134,10 +134,12 @@ def test_the_tail_knows_what_was_computed(folder, shared):
 
 def test_odd_places_and_input(folder, shared):
     """Stations on walls, rims and in corners give finite fields; what cannot be is refused with the line and what was expected."""
-    for place in ('x="0 m" y="0 m" z="0 m"', 'x="50 m" y="3 m" z="0 m"', 'x="50 m" y="50 m" z="0 m"', 'x="-3 m" y="0 m" z="2 m"'):
+    for place in ('x="0 m" y="0 m" z="0 m"', 'x="1 m" y="4 m" z="2 m"', 'x="1 m" y="4 m" z="3 m"', 'x="5 m" y="4 m" z="3 m"',
+                  'x="5 m" y="4 m" z="0 m"', 'x="-20 m" y="-20 m" z="0 m"', 'x="-3 m" y="0 m" z="2 m"'):
         for more in "", '<solver diffraction="btm"/>':
-            expect(run(folder, change=('<paths reflections="1"/>', f'<paths reflections="1" diffractions="1"/>{more}')), DONE)
-            text = (folder / "c.xml").read_text().replace('x="2 m" y="-1 m" z="1.5 m"', place)
+            (folder / "scene.obj").write_text(SCENE)
+            text = CONFIG.replace("MATERIAL", 'rigid="yes"').replace('x="2 m" y="-1 m" z="1.5 m"', place)
+            text = text.replace('<paths reflections="1"/>', f'<paths reflections="1" diffractions="1"/>{more}')
             (folder / "c.xml").write_text(text)
             expect(keller("run", "c.xml", "-o", "c.h5", "--force", cwd=folder), DONE)
             with h5(folder / "c.h5") as f:
