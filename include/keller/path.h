@@ -40,6 +40,8 @@ typedef struct {
     uint8_t free_end[KELLER_MAX_INTERACTIONS];    /* of a diffraction: bit 0, 1 set where the edge's first, second end is free, that
                                                      is nothing stands in the way along the edge to beyond it; else 0 */
     KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
+    double part[2];             /* m from the edge's first end, where the path stands for a part of an edge (Biot, Tolstoy and Medwin's
+                                   diffraction), the part's ends; else 0, 0 */
     double length;              /* m, geometrical: slabs take up no length of their own */
     double weight;              /* 1; less exactly on a boundary of the path: the share of the surroundings in which it
                                    exists, 1/2 on a shadow or reflection boundary (SPEC 6) */

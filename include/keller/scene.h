@@ -36,6 +36,7 @@ typedef struct {
     KellerVec3 tangent0;            /* unit, perpendicular to the edge, in the 0-face and away from the edge */
     KellerVec3 normal0;             /* unit, perpendicular to the edge and the 0-face, into the sector */
     uint32_t plane_begin, plane_end; /* range in wedge_planes: planes of all faces that contain the edge */
+    bool goes_on[2];                /* beyond vertex 0, 1 the edge goes on, straight, as another wedge */
     uint32_t twin[2];               /* the wedge on the other side of the 0-face, of the n-face, if that is a strip; else KELLER_NONE.
                                        Twins run side by side, one's n-face is the other's 0-face */
 } KellerWedge;

@@ -97,7 +97,7 @@ static const Help verbs[] = {
      "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
      "                         neither objects nor materials\n"
      "      --force            replace an existing file, but never the scene to convert\n"},
-    {"bench", "keller bench cone|accel|masks|batch|accuracy|nexthit|stability [--csv] [options]",
+    {"bench", "keller bench cone|accel|masks|batch|accuracy|acoustics|nexthit|stability [--csv] [options]",
      "Runs a suite of measurements and prints its table; the times are of one thread.\n"
      "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
      "  --cases N              cases for each test; default: 1e8\n"
@@ -127,6 +127,7 @@ static const Help verbs[] = {
      "  accuracy: fields against exact solutions\n"
      "  --truth FOLDER         of the tables of exact fields; default: ../shared/truth\n"
      "  --curves FOLDER        also writes the curves behind the pictures of docs/accuracy.md\n"
+     "  acoustics: diffraction of sound by UTD and by BTM, by frequency\n"
      "  nexthit: hits of rays one after another, by method; lost and repeated ones are counted\n"
      "  --scene FILE           a scene, or --layers N: N walls behind one another; both may be given again\n"
      "  --rays N, --seed N     how many; of the random numbers\n"

@@ -198,9 +198,10 @@ void keller_print_opaque(const KellerConfig *config, const KellerScene *scene)
 
 void keller_print_strips(const KellerConfig *config, const KellerScene *scene)
 {
-    if (config->diffractions == 0) return;
-    double longest = 0;
-    for (size_t f = 0; f < config->frequency_count; ++f) longest = fmax(longest, KELLER_LIGHT_SPEED / config->frequencies[f]);
+    bool sound = config->sound.speed > 0;
+    if (config->diffractions == 0 || (sound && config->sound.edges == KELLER_EDGES_BTM)) return;
+    double longest = 0, speed = sound ? config->sound.speed : KELLER_LIGHT_SPEED;
+    for (size_t f = 0; f < config->frequency_count; ++f) longest = fmax(longest, speed / config->frequencies[f]);
     size_t strips = 0, narrow = 0;
     for (size_t f = 0; f < scene->face_count; ++f) {
         double width = scene->faces[f].strip;

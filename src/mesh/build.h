@@ -146,6 +146,8 @@ bool keller_mesh_chains(KellerBuild *build, KellerEmitWedge emit, void *context)
 /* wedges.c: the scene's wedges, their planes and appended vertices. */
 bool keller_mesh_wedges(KellerBuild *build);
 
-/* strips.c: pairs of wedges with a narrow face between them (KellerFace.strip, KellerWedge.twin). */
+/* strips.c: wedges whose edge goes on as another's (KellerWedge.goes_on); pairs of wedges with a narrow face between them
+ * (KellerFace.strip, KellerWedge.twin). */
+bool keller_mesh_goes_on(KellerBuild *build);
 bool keller_mesh_strips(KellerBuild *build);
 #endif

@@ -109,7 +109,7 @@ KellerStatus keller_scene_build(const KellerSoup *soup, KellerScene *scene, Kell
     if (ok && status == KELLER_OK) {
         ok = keller_mesh_touch_creases(&build) && keller_mesh_faces(&build) && touch_rest(&build) &&
              keller_mesh_planes(&build) && keller_mesh_border(&build) && keller_mesh_sectors(&build) &&
-             keller_mesh_wedges(&build) && keller_mesh_strips(&build);
+             keller_mesh_wedges(&build) && keller_mesh_goes_on(&build) && keller_mesh_strips(&build);
         if (ok) {
             count_edges(&build);
             ok = write_notes(&build);

@@ -47,6 +47,29 @@ static void join(KellerScene *scene, uint32_t face, uint32_t first, uint32_t sec
     scene->faces[face].strip = width;
 }
 
+bool keller_mesh_goes_on(KellerBuild *build)
+{
+    KellerScene *scene = build->scene;
+    size_t n = scene->wedge_count, vertices = scene->vertex_count;
+    uint32_t *begin = calloc(vertices + 2, sizeof *begin), *id = malloc((n + 1) * sizeof *id); /* wedges that start at a vertex */
+    for (size_t i = 0; begin && id && i < n; i++) begin[scene->wedges[i].vertex[0] + 2]++;
+    for (size_t v = 0; begin && id && v < vertices; v++) begin[v + 2] += begin[v + 1];
+    for (uint32_t i = 0; begin && id && i < n; i++) id[begin[scene->wedges[i].vertex[0] + 1]++] = i;
+    for (size_t i = 0; begin && id && i < n; i++) {
+        KellerWedge *w = &scene->wedges[i];
+        for (uint32_t k = begin[w->vertex[1]]; k < begin[w->vertex[1] + 1]; k++) {
+            KellerWedge *o = &scene->wedges[id[k]];
+            if (!(v3_dot(o->direction, w->direction) > 1 - 1e-12)) continue;
+            w->goes_on[1] = true;
+            o->goes_on[0] = true;
+        }
+    }
+    bool ok = begin && id;
+    free(begin);
+    free(id);
+    return ok;
+}
+
 bool keller_mesh_strips(KellerBuild *build)
 {
     KellerScene *scene = build->scene;

@@ -13,6 +13,7 @@ static void insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const
     uint32_t n = 0, next = 0;
     whole->length = path->length;
     whole->weight = path->weight;
+    whole->part[0] = whole->part[1] = 0;
     for (uint32_t i = 0; i <= path->count; i++) {
         KellerVec3 a = i > 0 ? path->position[i - 1] : tx, b = i < path->count ? path->position[i] : rx;
         for (; next < crossings->count && crossings->at[next].leg == i; next++) {

@@ -11,6 +11,31 @@ KellerWedgeWave path_strip_wedge(const KellerScene *scene, uint32_t first)
                              .normal0 = a->normal0};
 }
 
+KellerWedgeWave path_edge_wave(const KellerScene *scene, const KellerPath *path, const PathEdge *e, const KellerMedium *media)
+{
+    uint32_t id = path->step[e->begin].id, face[2];
+    const KellerWedge *w = &scene->wedges[e->first == KELLER_NONE ? id : e->first];
+    KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
+    for (int j = 0; j < 2; j++) face[j] = w->face[j];
+    if (e->first != KELLER_NONE) {
+        wave = path_strip_wedge(scene, e->first);
+        face[1] = scene->wedges[w->twin[1]].face[1];
+    }
+    wave.model = scene->wedge_model;
+    wave.sheets = face[0] == face[1] ? 1 : 2;
+    if (wave.sheets > scene->transmissions) wave.sheets = 0;
+    for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[face[j]].material];
+    return wave;
+}
+
+KellerVec3 path_beside_screen(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
+{
+    const double beside = 1e-13; /* rad: far below what changes a field, far above rounding */
+    const KellerWedge *w = &scene->wedges[wedge];
+    if (w->n < 2 || path_along_face(w, outwards) < 0) return outwards;
+    return v3_madd(outwards, scene->faces[w->face[0]].normal, beside);
+}
+
 /* The first twin of the wedge's narrowest strip up to `width`, or KELLER_NONE. */
 static uint32_t strip_of(const KellerScene *scene, uint32_t wedge, double width)
 {

@@ -16,9 +16,20 @@ typedef struct {
     double widest;              /* m: of the strips that were taken as one; 0 without */
 } PathEdges;
 
+/* Wavelengths: up to the first width a strip's edges are one, from the second on two, and in between by and by from the one to the
+ * other. */
+static const double path_one_edge = 0.25, path_two_edges = 0.5;
+
 /* Strips up to `width` (m) wide are taken as one edge each. docs/theory.md, "Two edges as one". */
 void path_edges(const KellerScene *scene, const KellerPath *path, double width, PathEdges *edges);
 
 /* The wedge that a strip's edges are together: outer faces, opening n_1 + n_2 - 1. Without media and model. */
 KellerWedgeWave path_strip_wedge(const KellerScene *scene, uint32_t first);
+
+/* The wedge of one of the path's edges, or of two that are taken as one, with its media of one frequency. */
+KellerWedgeWave path_edge_wave(const KellerScene *scene, const KellerPath *path, const PathEdge *edge, const KellerMedium *media);
+
+/* A ray's direction from the wedge outwards. Along a screen from one of its rims to another the azimuth is 0 or 2 pi by rounding: the
+ * wave is taken to be on the side of the face's normal, which both rims and both directions agree on. */
+KellerVec3 path_beside_screen(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards);
 #endif

@@ -36,34 +36,6 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
 static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
 
-/* The wedge of one edge, or of two that are taken as one. */
-static KellerWedgeWave wave_at(const KellerScene *scene, const KellerPath *path, const PathEdge *e, const KellerMedium *media)
-{
-    uint32_t id = path->step[e->begin].id, face[2];
-    const KellerWedge *w = &scene->wedges[e->first == KELLER_NONE ? id : e->first];
-    KellerWedgeWave wave = {.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0};
-    for (int j = 0; j < 2; j++) face[j] = w->face[j];
-    if (e->first != KELLER_NONE) {
-        wave = path_strip_wedge(scene, e->first);
-        face[1] = scene->wedges[w->twin[1]].face[1];
-    }
-    wave.model = scene->wedge_model;
-    wave.sheets = face[0] == face[1] ? 1 : 2;
-    if (wave.sheets > scene->transmissions) wave.sheets = 0;
-    for (int j = 0; j < 2; j++) wave.medium[j] = media[scene->faces[face[j]].material];
-    return wave;
-}
-
-/* Along a screen from one of its rims to another the azimuth is 0 or 2 pi by rounding: the wave is taken to be on the side of
- * the face's normal, which both rims and both directions agree on. */
-static KellerVec3 on_one_side(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
-{
-    const double beside = 1e-13; /* rad: far below what changes a field, far above rounding */
-    const KellerWedge *w = &scene->wedges[wedge];
-    if (w->n < 2 || path_along_face(w, outwards) < 0) return outwards;
-    return v3_madd(outwards, scene->faces[w->face[0]].normal, beside);
-}
-
 /* Two waves on their way, the transmitted components: behind the first of several edges each is the sum of a chain's parts. */
 typedef struct {
     double k, fade;             /* rad/m; of edges that end near by */
@@ -91,7 +63,7 @@ static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec
 static void diffract(const KellerScene *scene, const KellerPath *path, const PathEdge *e, uint32_t number, const Cascade *cascade,
                      const KellerMedium *media, Wave *wave)
 {
-    KellerWedgeWave wedge = wave_at(scene, path, e, media);
+    KellerWedgeWave wedge = path_edge_wave(scene, path, e, media);
     KellerVec3 in = path->leg[e->begin], out = path->leg[e->end + 1];
     /* of two as one the strip's first edge, whichever comes first on the path */
     uint32_t at = path->step[e->begin].id == e->first ? e->begin : e->end;
@@ -101,8 +73,8 @@ static void diffract(const KellerScene *scene, const KellerPath *path, const Pat
             wave->e[j] = keller_diffract_field(&wedge, in, out, cascade->before, cascade->behind, wave->k, wave->e[j]);
         return;
     }
-    if (number > 0) in = v3_scale(on_one_side(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
-    if (number + 1 < cascade->count) out = on_one_side(scene, path->step[e->end].id, out);
+    if (number > 0) in = v3_scale(path_beside_screen(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
+    if (number + 1 < cascade->count) out = path_beside_screen(scene, path->step[e->end].id, out);
     if (number > 0) chain_next(&wedge, in, out, cascade->place[number], &wave->chain);
     else chain_begin(&wedge, in, out, cascade->place[number], wave->k, wave->e, &wave->chain);
     wave->chained = true;
@@ -141,8 +113,7 @@ void keller_path_transfer(const KellerScene *scene, const KellerPath *path, Kell
                           const KellerMedium *media, double complex transfer[4])
 {
     double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
-    /* one edge up to the first width, two from the second on, and in between by and by from the one to the other */
-    const double one = 0.25 * lambda, two = 0.5 * lambda;
+    const double one = path_one_edge * lambda, two = path_two_edges * lambda;
     PathEdges edges;
     double complex t[2][4] = {{0}};
     path_edges(scene, path, two, &edges);

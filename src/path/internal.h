@@ -102,7 +102,7 @@ typedef struct {
 } PathNode;
 
 typedef struct {
-    double length, weight;
+    double length, weight, part[2];
     size_t begin;               /* into the nodes: count + 1 of them */
     uint32_t count;
 } PathItem;

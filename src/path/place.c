@@ -119,23 +119,12 @@ bool path_owns(const KellerScene *scene, const KellerAccel *accel, uint32_t face
     return !keller_accel_segment(accel, v3_sub(p, n), v3_add(p, n), scene->contact, visit_owner, &o, work);
 }
 
-/* Does the edge go on as another wedge beyond its first vertex (end 0) or its second (1)? */
-static bool goes_on(const KellerScene *scene, uint32_t id, int end)
-{
-    const KellerWedge *w = &scene->wedges[id];
-    for (size_t i = 0; i < scene->wedge_count; i++) {
-        const KellerWedge *o = &scene->wedges[i];
-        if (i != id && o->vertex[1 - end] == w->vertex[end] && v3_dot(o->direction, w->direction) > 1 - 1e-12) return true;
-    }
-    return false;
-}
-
 bool path_on_edge(const KellerScene *scene, uint32_t id, double z, double h)
 {
     const KellerWedge *w = &scene->wedges[id];
     if (z > h && z < w->length - h) return true;
     if (!(fabs(z) <= h)) return false; /* outside, or at the far end */
-    return goes_on(scene, id, 0);
+    return w->goes_on[0];
 }
 
 double path_end_fade(const KellerScene *scene, const KellerPath *path, uint32_t i, double stiffness)
@@ -146,7 +135,7 @@ double path_end_fade(const KellerScene *scene, const KellerPath *path, uint32_t 
     double scale = sqrt(stiffness * greater(0, 1 - cosine * cosine)) / zone;
     for (int end = 0; end < 2; end++) {
         double part = scale * greater(0, end == 0 ? z : w->length - z);
-        if (part < 1 && path->free_end[i] >> end & 1 && !goes_on(scene, path->step[i].id, end)) fade *= sin(0.5 * M_PI * part);
+        if (part < 1 && path->free_end[i] >> end & 1 && !w->goes_on[end]) fade *= sin(0.5 * M_PI * part);
     }
     return fade;
 }

@@ -5,84 +5,81 @@
 #include "path/cascade.h"
 #include "path/field.h"
 
-static KellerWedgeWave wedge_at(const KellerScene *scene, uint32_t wedge, const KellerMedium *media)
-{
-    const KellerWedge *w = &scene->wedges[wedge];
-    return (KellerWedgeWave){.n = w->n, .direction = w->direction, .tangent0 = w->tangent0, .normal0 = w->normal0,
-                             .medium = {media[scene->faces[w->face[0]].material], media[scene->faces[w->face[1]].material]},
-                             .model = scene->wedge_model};
-}
-
-/* The distances (m) before and behind each edge for its coefficient; returns the spreading (1/m) that the coefficients do not give. */
-static double tube_of(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double before[], double behind[],
-                      uint32_t *count)
-{
-    PathEdges edges;
-    Cascade cascade;
-    path_edges(scene, path, 0, &edges);
-    double spreading = path_cascade(scene, path, &edges, tx, &cascade);
-    *count = cascade.count;
-    if (cascade.count == 1) {
-        before[0] = cascade.before;
-        behind[0] = cascade.behind;
-        return spreading;
-    }
-    for (uint32_t i = 0; i < cascade.count; i++) { /* each coefficient makes good for the wave that ends at its boundary */
-        before[i] = behind[i] = 2 * cascade.place[i].distance;
-        spreading *= 2 * sqrt(cascade.place[i].distance);
-    }
-    return spreading;
-}
-
 bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media,
                      KellerRigidEdge *edge)
 {
     if (scene->sound.edges != KELLER_EDGES_BTM) return false;
-    double before[KELLER_MAX_BENDS] = {0}, behind[KELLER_MAX_BENDS] = {0};
-    uint32_t count;
     for (uint32_t i = 0; i < path->count; i++) {
         if (path->step[i].kind != KELLER_DIFFRACTION) continue;
-        tube_of(scene, path, tx, before, behind, &count);
+        PathEdge only = {i, i, KELLER_NONE, 0};
+        KellerWedgeWave wave = path_edge_wave(scene, path, &only, media);
         const KellerWedge *w = &scene->wedges[path->step[i].id];
-        KellerWedgeWave wave = wedge_at(scene, path->step[i].id, media);
-        double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction);
-        *edge = keller_rigid_edge(&wave, path->leg[i], path->leg[i + 1], before[0], behind[0], at, w->length);
+        double at = v3_dot(v3_sub(path->position[i], w->origin), w->direction), before = 0;
+        KellerVec3 last = tx;
+        for (uint32_t j = 0; j <= i; j++) {
+            before += v3_distance(last, path->position[j]);
+            last = path->position[j];
+        }
+        *edge = keller_rigid_edge(&wave, path->leg[i], path->leg[i + 1], before, path->length - before, at, w->length);
+        edge->z1 = path->part[0];
+        edge->z2 = path->part[1];
         return true;
     }
     return false;
 }
 
-/* Along a screen from one rim to another a ray is on either side by rounding: both rims put it on that of the face's normal. */
-static KellerVec3 beside_screen(const KellerScene *scene, uint32_t wedge, KellerVec3 outwards)
+/* The product of what the path meets at faces. */
+static double complex reflected(const KellerScene *scene, const KellerPath *path, const KellerMedium *media)
 {
-    const double angle = 1e-13; /* rad: far below what changes a field, far above rounding */
-    const KellerWedge *w = &scene->wedges[wedge];
-    bool along = w->n == 2 && path_along_face(w, outwards) >= 0;
-    return along ? v3_madd(outwards, scene->faces[w->face[0]].normal, angle) : outwards;
+    double complex p = 1;
+    for (uint32_t i = 0; i < path->count; i++) {
+        if (path->step[i].kind != KELLER_REFLECTION) continue;
+        const KellerFace *f = &scene->faces[path->step[i].id];
+        p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(path->leg[i], f->normal)));
+    }
+    return p;
+}
+
+/* Edges by the uniform theory, with all spreading (1/m): as carry() in field.c does it for waves with two components. Reflections
+ * commute with what edges do to a number, so they are left out. */
+static double complex diffracted(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
+                                 const KellerMedium *media)
+{
+    if (!(edges->weight > 0)) return 0;
+    Cascade cascade;
+    SoundChain chain;
+    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
+    for (uint32_t number = 0; number < cascade.count; number++) {
+        const PathEdge *e = &edges->edge[number];
+        KellerWedgeWave wedge = path_edge_wave(scene, path, e, media);
+        KellerVec3 in = path->leg[e->begin], out = path->leg[e->end + 1];
+        /* of two as one the strip's first edge, whichever comes first on the path */
+        uint32_t at = path->step[e->begin].id == e->first ? e->begin : e->end;
+        spreading *= path_end_fade(scene, path, at, k * cascade.along[number]);
+        if (cascade.count == 1) return spreading * keller_sound_diffraction(&wedge, in, out, cascade.before, cascade.behind, k);
+        if (number > 0) in = v3_scale(path_beside_screen(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
+        if (number + 1 < cascade.count) out = path_beside_screen(scene, path->step[e->end].id, out);
+        if (number > 0) sound_chain_next(&wedge, in, out, cascade.place[number], &chain);
+        else sound_chain_begin(&wedge, in, out, cascade.place[number], k, &chain);
+    }
+    return cascade.count > 0 ? spreading * sound_chain_pressure(&chain) : spreading;
 }
 
 double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                                   const KellerMedium *media, bool edges)
 {
-    double k = 2 * M_PI * frequency / scene->sound.speed, before[KELLER_MAX_BENDS] = {0}, behind[KELLER_MAX_BENDS] = {0};
-    uint32_t count, edge = 0;
-    double spreading = tube_of(scene, path, tx, before, behind, &count);
-    double complex p = path->weight * (edges ? spreading : 1);
-    for (uint32_t i = 0; i < path->count; i++) {
-        uint32_t id = path->step[i].id;
-        KellerVec3 in = path->leg[i], out = path->leg[i + 1];
-        if (path->step[i].kind == KELLER_REFLECTION) {
-            const KellerFace *f = &scene->faces[id];
-            p *= keller_sound_reflection(&media[f->material], fabs(v3_dot(in, f->normal)));
-        } else if (edges) {
-            KellerWedgeWave wave = wedge_at(scene, id, media);
-            if (edge > 0) in = v3_scale(beside_screen(scene, id, v3_scale(in, -1)), -1);
-            if (edge + 1 < count) out = beside_screen(scene, id, out);
-            p *= keller_sound_diffraction(&wave, in, out, before[edge], behind[edge], k);
-            edge++;
-        }
+    double lambda = scene->sound.speed / frequency, k = 2 * M_PI / lambda, one = path_one_edge * lambda, two = path_two_edges * lambda;
+    double complex p = path->weight * pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
+    PathEdges as_one;
+    if (!edges) return p * reflected(scene, path, media);
+    path_edges(scene, path, two, &as_one);
+    double part = as_one.widest > one ? (two - as_one.widest) / (two - one) : 1;
+    double complex field = part * diffracted(scene, path, &as_one, tx, k, media);
+    if (part < 1) {
+        path_edges(scene, path, one, &as_one);
+        field += (1 - part) * diffracted(scene, path, &as_one, tx, k, media);
     }
-    return p * pow(10, -keller_sound_loss(&scene->sound, frequency) * path->length / 20);
+    return p * reflected(scene, path, media) * field;
 }
 
 double complex path_pressure(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,

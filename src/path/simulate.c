@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "path/batch.h"
-#include "path/edge_ends.h"
+#include "path/edge_paths.h"
 #include "path/field.h"
 #include "path/join.h"
 #include "path/level.h"
@@ -44,15 +44,19 @@ typedef struct {
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
+    bool whole_edges;           /* all of an edge diffracts: the search looks for reflections alone, these for the edges */
+    EdgeSearch edges;
+    EdgeWays *lit;              /* by the transmitter */
     ResponsePlan *responses;    /* NULL: none are asked for */
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
 
+static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
+
 /* Reflections and diffractions that one path may have together. */
 static uint32_t longest_sequence(const KellerConfig *config)
 {
-    uint32_t orders = config->reflections + config->diffractions;
-    return config->interactions < orders ? config->interactions : orders;
+    return least(config->interactions, config->reflections + config->diffractions);
 }
 
 KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
@@ -104,9 +108,11 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
         status = join_ends(&join, &s->forward, &backward, from, to, list, &join_work, error);
         ends_free(&backward);
     }
-    bool ends = s->scene->sound.edges == KELLER_EDGES_BTM && s->join.diffractions > 0 && s->join.bends > 0;
-    if (status == KELLER_OK && ends && !edge_ends_add(s->scene, s->accel, from, to, list, &join_work.accel))
-        status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
+    EdgeWays *seen = NULL;
+    if (status == KELLER_OK && s->whole_edges) status = edge_ways_find(&s->edges, to, threads, &seen, &tree_work, error);
+    if (status == KELLER_OK && s->whole_edges && !edge_paths_add(&s->edges, s->lit, seen, list))
+        status = keller_error(error, KELLER_FAILED, "out of memory for the paths by edges");
+    edge_ways_free(seen);
     path_list_merge_corners(s->scene, list);
     work->valid_paths += list->count;
     if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, rx, result, work))
@@ -137,7 +143,7 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
 static KellerStatus hand_response(Simulation *s, uint32_t rx, const PairResult *pair, KellerError *error)
 {
     KellerResponse response;
-    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, &response, error);
+    KellerStatus status = response_of(s->responses, s->config, s->scene, s->tx, rx, &pair->paths, s->work->threads, &response, error);
     if (status != KELLER_OK) return status;
     status = s->sink->response(s->sink->context, &response, error);
     free(response.pressure);
@@ -191,11 +197,13 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
 #pragma omp critical(keller_simulate)
         add_work(s->work, &work);
     }
+    bool levels = status == KELLER_OK && coverage && coverage->level;
+#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (levels && threads > 1)
+    for (uint32_t i = 0; i < count; i++) /* each its own cell */
+        if (levels) level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
     for (uint32_t i = 0; i < count; i++) {
         if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
                                                            &results[i]);
-        if (status == KELLER_OK && coverage && coverage->level)
-            level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
@@ -354,7 +362,7 @@ static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *err
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
-    if (c->diffractions == 0 || s->join.bends < 2) return KELLER_OK;
+    if (s->join.diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
     for (size_t i = 0; i < c->set_count; i++) {
         if (c->sets[i].kind == KELLER_SET_GRID) continue;
@@ -370,6 +378,8 @@ static void forget_forward(Simulation *s)
 {
     ends_free(&s->forward);
     for (int i = 0; i < 2; i++) plan_free(&s->plan[i]);
+    edge_ways_free(s->lit);
+    s->lit = NULL;
     keller_accel_free(s->seen_by_tx);
     keller_accel_free(s->seen_by_rx);
     s->seen_by_tx = s->seen_by_rx = NULL;
@@ -382,23 +392,23 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     TreeLimits forward = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(c->cone),
                           .split_over = c->split_over, .transmissions = s->join.transmissions,
                           .interactions = s->join.interactions, .target_length = s->join.bends};
+    const KellerVec3 tx = c->transmitters[s->tx].station.position;
     TreeWork work = {0};
     double start = omp_get_wtime();
     s->backward = forward;
     if (!plan_init(&s->plan[0], s->join.bends) || !plan_init(&s->plan[1], s->join.bends))
         return keller_error_memory(error, (size_t)4 << s->join.bends);
-    if (grids) { /* each part of a grid has its own search */
-        plan_alone(c->reflections, c->diffractions, &s->plan[0]);
-        return KELLER_OK;
-    }
-    plan_ends(c->reflections, c->diffractions, &s->plan[0], &s->plan[1]);
-    KellerStatus status = find_targets(s, &work, error);
-    if (status != KELLER_OK) return status;
+    s->edges.limits = forward;
+    KellerStatus status = KELLER_OK;
+    if (s->whole_edges) status = edge_ways_find(&s->edges, tx, s->work->threads, &s->lit, &work, error);
+    if (grids) plan_alone(c->reflections, s->join.diffractions, &s->plan[0]); /* each part of a grid has its own search */
+    else plan_ends(c->reflections, s->join.diffractions, &s->plan[0], &s->plan[1]);
+    if (status == KELLER_OK && !grids) status = find_targets(s, &work, error);
     forward.plan = &s->plan[0];
     s->backward.plan = &s->plan[1];
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
-    status = ends_search(&s->forward, &forward, c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    if (status == KELLER_OK && !grids) status = ends_search(&s->forward, &forward, tx, s->work->threads, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;
@@ -448,6 +458,12 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
+    s.whole_edges = scene->sound.edges == KELLER_EDGES_BTM && scene->sound.speed > 0 && s.join.diffractions > 0 && s.join.bends > 0;
+    if (s.whole_edges) {
+        s.join.diffractions = 0;
+        s.join.bends = least(config->interactions, config->reflections);
+        s.edges.reflections = least(config->interactions - 1, config->reflections);
+    }
     if (sink->response && scene->sound.speed > 0 && config->response_rate > 0) {
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;

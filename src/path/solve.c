@@ -164,6 +164,16 @@ static Along along_of(const Sequence *s, const KellerPath *path, size_t leg, dou
     return a;
 }
 
+/* The planes in which a step's point is. */
+static const uint32_t *planes_of(const KellerScene *scene, const KellerStep *step, size_t *count)
+{
+    *count = 1;
+    if (step->kind == KELLER_REFLECTION) return &scene->faces[step->id].plane;
+    const KellerWedge *w = &scene->wedges[step->id];
+    *count = w->plane_end - w->plane_begin;
+    return scene->wedge_planes + w->plane_begin;
+}
+
 bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
                          const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
                          KellerAccelWork *work)
@@ -175,6 +185,7 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
 
     /* validity, cheap things first */
     path->weight = 1;
+    path->part[0] = path->part[1] = 0;
     bool border[KELLER_MAX_BENDS] = {false};
     KellerVec3 at[KELLER_MAX_BENDS]; /* where a reflection is to be looked up in its face */
     double walked = 0;
@@ -210,22 +221,14 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
         if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
         if (path_runs_along_border(scene, accel, path, i, rounding, work)) return false;
     }
-    PathLeg leg = {.b = tx, .strict = strict};
-    for (size_t i = 0; i <= count; i++) {
-        leg.number = (uint32_t)i;
-        leg.a = leg.b;
+    /* slabs are met in order along the path; where there can be none, the last leg, of which a search knows least, comes first */
+    for (size_t k = 0; k <= count; k++) {
+        size_t i = crossings->most > 0 ? k : count - k;
+        PathLeg leg = {.number = (uint32_t)i, .strict = strict};
+        leg.a = i > 0 ? path->position[i - 1] : tx;
         leg.b = i < count ? path->position[i] : rx;
-        leg.skip[0] = leg.skip[1];
-        leg.skip_count[0] = leg.skip_count[1];
-        leg.skip_count[1] = 0;
-        if (i < count && steps[i].kind == KELLER_DIFFRACTION) {
-            const KellerWedge *w = &scene->wedges[steps[i].id];
-            leg.skip[1] = scene->wedge_planes + w->plane_begin;
-            leg.skip_count[1] = w->plane_end - w->plane_begin;
-        } else if (i < count) {
-            leg.skip[1] = &scene->faces[steps[i].id].plane;
-            leg.skip_count[1] = 1;
-        }
+        if (i > 0) leg.skip[0] = planes_of(scene, &steps[i - 1], &leg.skip_count[0]);
+        if (i < count) leg.skip[1] = planes_of(scene, &steps[i], &leg.skip_count[1]);
         Along along = along_of(&s, path, i, rounding);
         uint32_t passed = crossings->count;
         leg.lift = along.lift;

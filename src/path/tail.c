@@ -103,10 +103,11 @@ static void add_band(const KellerConfig *config, const KellerScene *scene, const
     double alpha = fmin(room->absorption[band], 0.999999);
     double air = keller_sound_loss(&scene->sound, tail_band(band)) * log(10) / 10;
     double delta = -hits * log(1 - alpha) + c * air;
+    uint32_t order = config->reflections < config->interactions ? config->reflections : config->interactions;
     double start = 4 * M_PI * c * factor / config->response_volume / r->rate;
     for (size_t i = (size_t)ceil(r->arrival * r->rate); i < r->count; i++) {
         double t = (double)i / r->rate;
-        double square = start * exp(-delta * t) * lacking(hits * t, config->reflections, room->scattering);
+        double square = start * exp(-delta * t) * lacking(hits * t, order, room->scattering);
         r->tail[i] += (float)(noise[i] * sqrt(square));
     }
 }

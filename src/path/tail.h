@@ -4,8 +4,8 @@
 #include "keller/response.h"
 #include "path/internal.h"
 
-/* Adds noise to response->pressure that decays as Eyring has it, with the energy that paths of up to config->reflections specular
- * reflections lack, and keeps it apart in response->tail (malloc'd). `media` as for keller_path_transfer at each of the
+/* Adds noise to response->pressure that decays as Eyring has it, with the energy that paths of as many specular
+ * reflections as were asked for lack, and keeps it apart in response->tail (malloc'd). `media` as for keller_path_transfer at each of the
  * octave bands of TAIL_BANDS; the same call gives the same noise. False: memory. */
 enum { TAIL_BANDS = 11 };
 double tail_band(int band); /* Hz: exact middles of the octaves from 16 Hz to 16 kHz */

@@ -62,17 +62,11 @@ static bool add_slopes(const Window *w, KellerVec3 along, Slopes *slopes)
     return true;
 }
 
-/* Follows the pending beams. */
+/* Follows the pending beams, then the pending fans, since those beams may add to them; fans add to neither. */
 static void follow(Search *s)
 {
-    uint32_t fans = s->fan_count;
-    s->fan_count = 0;
-    for (uint32_t i = 0; i < fans && !s->failed; i++) {
-        const PendingFan f = s->fan[i];
-        search_fan(s, f.node, f.wedge, f.from, f.to, 1, &f.source, f.passed);
-    }
     uint32_t count = s->pending_count;
-    s->pending_count = 0; /* nothing is added: what they meet is the last */
+    s->pending_count = 0;
     for (uint32_t i = 0; i < count && !s->failed; i++) {
         const Pending *p = &s->pending[i];
         Beam b = {.node = p->node, .mirror = p->mirror, .wedge = KELLER_NONE, .passed = p->passed};
@@ -82,6 +76,12 @@ static void follow(Search *s)
         memcpy(b.bundle.source, p->source, sizeof p->source);
         b.bundle.window = window_of(axis, &p->slopes);
         if (bundle_narrow(&b.bundle, s->limits->scene, p->mirror)) process(s, &b);
+    }
+    uint32_t fans = s->fan_count;
+    s->fan_count = 0;
+    for (uint32_t i = 0; i < fans && !s->failed; i++) {
+        const PendingFan f = s->fan[i];
+        search_fan(s, f.node, f.wedge, f.from, f.to, 1, &f.source, f.passed);
     }
 }
 

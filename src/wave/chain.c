@@ -7,19 +7,22 @@ static const int by_phi[4] = {1, -1, 1, -1}, by_phi_incident[4] = {-1, 1, 1, -1}
 
 static const double smallest_distance = 1e-100; /* m */
 
-/* D1 and D2 are equal where phi = phi', but not their pairs' functions with the terms of another edge. */
-static const double blend = 0.1; /* rad: far from the boundaries, pi off */
-
 static KellerCVec3 plus(KellerCVec3 a, double complex factor, KellerCVec3 b)
 {
     return (KellerCVec3){a.x + factor * b.x, a.y + factor * b.y, a.z + factor * b.z};
 }
 
-static void describe(const KellerWedgeWave *wedge, const EdgeRays *rays, double distance, Chain *c)
+void chain_edge(double n, double phi, double phi_incident, double sin_beta0, double distance, double k, ChainEdge *e)
 {
-    c->L = fmax(distance, smallest_distance) * rays->sin_beta0 * rays->sin_beta0;
-    utd_terms(wedge->n, rays->diffracted.phi, rays->incident.phi, rays->sin_beta0, c->k, c->L, c->term);
-    for (int a = 0; a < 4; a++) pair_side(c->term[a].x, &c->side[a]);
+    e->k = k;
+    e->L = fmax(distance, smallest_distance) * sin_beta0 * sin_beta0;
+    utd_terms(n, phi, phi_incident, sin_beta0, k, e->L, e->term);
+    for (int a = 0; a < 4; a++) pair_side(e->term[a].x, &e->side[a]);
+}
+
+static void describe(const KellerWedgeWave *wedge, const EdgeRays *rays, double distance, double k, ChainEdge *e)
+{
+    chain_edge(wedge->n, rays->diffracted.phi, rays->incident.phi, rays->sin_beta0, distance, k, e);
 }
 
 void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, const KellerCVec3 e[2],
@@ -27,9 +30,8 @@ void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Ch
 {
     EdgeRays rays = dyad_rays(wedge, in, out);
     Matrix matrix[4];
-    c->k = k;
-    describe(wedge, &rays, place.distance, c);
-    dyad_matrices(wedge, &rays, blend, k, matrix);
+    describe(wedge, &rays, place.distance, k, &c->edge);
+    dyad_matrices(wedge, &rays, CHAIN_BLEND, k, matrix);
     for (int j = 0; j < 2; j++)
         for (int a = 0; a < 4; a++) {
             c->whole[j][a] = dyad_apply(&rays, &matrix[a], e[j]);
@@ -37,20 +39,14 @@ void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Ch
         }
 }
 
-/* A term of the edge before with one of this edge. */
-typedef struct {
-    double complex ratio;       /* of the pair's transition function to both edges' own */
-    double complex more;        /* what the product of the two values times the ratio lacks */
-} Pair;
-
-static Pair pair_of(const Chain *before, int a, const Chain *here, int b, double coupling)
+ChainPair chain_pair(const ChainEdge *before, int a, const ChainEdge *here, int b, double coupling)
 {
     const UtdTerm *s = &before->term[a], *t = &here->term[b];
     double r = by_phi[a] * by_phi_incident[b] * coupling;
     double complex same, opposite;
     pair_values(&before->side[a], &here->side[b], fabs(r), &same, &opposite);
     bool alike = r * s->side * t->side >= 0;
-    Pair p = {alike ? same : opposite, 0};
+    ChainPair p = {alike ? same : opposite, 0};
     /* the pair's function knows of the coefficients' slopes only what comes from the poles */
     p.more = -I * r / (before->k * sqrt(before->L * here->L)) * (s->slope * t->slope - s->pole_slope * t->pole_slope);
     if (s->on_boundary || t->on_boundary) {
@@ -62,21 +58,20 @@ static Pair pair_of(const Chain *before, int a, const Chain *here, int b, double
     return p;
 }
 
-static double complex own_value(const UtdTerm *t) { return t->on_boundary ? 0 : t->value; }
-
 void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *c)
 {
     EdgeRays rays = dyad_rays(wedge, in, out);
     Matrix matrix[4];
     Chain before = *c;
-    describe(wedge, &rays, place.distance, c);
-    dyad_matrices(wedge, &rays, blend, c->k, matrix);
+    double k = c->edge.k;
+    describe(wedge, &rays, place.distance, k, &c->edge);
+    dyad_matrices(wedge, &rays, CHAIN_BLEND, k, matrix);
     for (int b = 0; b < 4; b++) {
         KellerCVec3 whole[2] = {{0, 0, 0}, {0, 0, 0}}, rest[2] = {{0, 0, 0}, {0, 0, 0}};
         for (int a = 0; a < 4; a++) {
-            Pair p = pair_of(&before, a, c, b, place.coupling);
+            ChainPair p = chain_pair(&before.edge, a, &c->edge, b, place.coupling);
             for (int j = 0; j < 2; j++) {
-                whole[j] = plus(whole[j], p.ratio * own_value(&before.term[a]), before.whole[j][a]);
+                whole[j] = plus(whole[j], p.ratio * chain_value(&before.edge.term[a]), before.whole[j][a]);
                 whole[j] = plus(whole[j], p.ratio, before.rest[j][a]);
                 rest[j] = plus(rest[j], p.more, before.whole[j][a]);
             }
@@ -91,6 +86,6 @@ void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Cha
 KellerCVec3 chain_field(const Chain *c, int wave)
 {
     KellerCVec3 e = {0, 0, 0};
-    for (int a = 0; a < 4; a++) e = plus(plus(e, own_value(&c->term[a]), c->whole[wave][a]), 1, c->rest[wave][a]);
+    for (int a = 0; a < 4; a++) e = plus(plus(e, chain_value(&c->edge.term[a]), c->whole[wave][a]), 1, c->rest[wave][a]);
     return e;
 }

@@ -14,12 +14,39 @@ typedef struct {
                                    have -sqrt(d1 d3/((d1 + d2)(d2 + d3))), antiparallel ones the opposite */
 } ChainPlace;
 
-/* The fields of two waves (j) behind the last edge so far, by the term (a) of its coefficient: term[a].value times whole[j][a],
- * plus rest[j][a]. Between edges each of these vectors is to be taken through what the wave meets there. */
+/* ---- of any wave -------------------------------------------------------------------------------------------------- */
+
+/* An edge in a chain: its terms, and what an edge behind it needs of them. */
 typedef struct {
     UtdTerm term[4];
     PairSide side[4];
     double L, k;
+} ChainEdge;
+
+/* Azimuths as in keller_utd_terms; `distance` as in ChainPlace, m. */
+void chain_edge(double n, double phi, double phi_incident, double sin_beta0, double distance, double k, ChainEdge *edge);
+
+/* Term a of the edge before with term b of this edge. */
+typedef struct {
+    double complex ratio;       /* of the pair's transition function to both edges' own */
+    double complex more;        /* what the product of the two values times the ratio lacks */
+} ChainPair;
+
+ChainPair chain_pair(const ChainEdge *before, int a, const ChainEdge *here, int b, double coupling);
+
+/* A term's value behind the last edge: on a boundary its mean, 0. */
+static inline double complex chain_value(const UtdTerm *term) { return term->on_boundary ? 0 : term->value; }
+
+/* rad: what D1 and D2 are multiplied with changes places over this angle, as they are equal where phi = phi', but not their pairs'
+ * functions with the terms of another edge. Far from the boundaries, which are pi off. */
+#define CHAIN_BLEND 0.1
+
+/* ---- of waves with two components ---------------------------------------------------------------------------------- */
+
+/* The fields of two waves (j) behind the last edge so far, by the term (a) of its coefficient: term[a].value times whole[j][a],
+ * plus rest[j][a]. Between edges each of these vectors is to be taken through what the wave meets there. */
+typedef struct {
+    ChainEdge edge;
     KellerCVec3 whole[2][4], rest[2][4];
 } Chain;
 
@@ -31,4 +58,16 @@ void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Ch
 void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *chain);
 
 KellerCVec3 chain_field(const Chain *chain, int wave);
+
+/* ---- of sound ---------------------------------------------------------------------------------------------------------- */
+
+/* The same for a pressure that is 1 before the first edge. */
+typedef struct {
+    ChainEdge edge;
+    double complex whole[4], rest[4];
+} SoundChain;
+
+void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundChain *chain);
+void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, SoundChain *chain);
+double complex sound_chain_pressure(const SoundChain *chain);
 #endif

@@ -2,6 +2,7 @@
  * Kouyoumjian and Pathak, and the faces' coefficients enter as in diffraction.c, where waves have two components instead of one. */
 #include "keller/sound.h"
 #include "wave/azimuth.h"
+#include "wave/chain.h"
 
 static const double smallest_sine = 1e-12;      /* as in diffraction.c: the limit is reached */
 static const double smallest_distance = 1e-100; /* m */
@@ -45,6 +46,12 @@ typedef struct {
     double phi_in, phi, sin_beta0;
 } Rays;
 
+static Rays rays_of(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out)
+{
+    EdgeAzimuth incident = edge_azimuth(wedge, v3_scale(in, -1)), diffracted = edge_azimuth(wedge, out);
+    return (Rays){wedge, incident.phi, diffracted.phi, fmax(sqrt(incident.r * diffracted.r), smallest_sine)};
+}
+
 /* The coefficient of a face for a wave whose azimuth is `angle`. */
 static double complex face(const Rays *r, int which, double angle)
 {
@@ -63,7 +70,8 @@ static double complex reflections(const Rays *r, int first, int count, double an
     return product;
 }
 
-static void term_factors(const Rays *r, double complex factor[4])
+/* `blend` as for dyad_matrices. */
+static void term_factors(const Rays *r, double blend, double complex factor[4])
 {
     double n = r->wedge->n, nearer0 = fmin(r->phi_in, r->phi), nearer_n = fmax(r->phi_in, r->phi);
     if (n < 1) { /* each term has the reflections of the wave whose boundary is its pole (docs/theory.md, "Sectors below pi") */
@@ -74,26 +82,61 @@ static void term_factors(const Rays *r, double complex factor[4])
         }
         return;
     }
+    double difference = r->phi - r->phi_in;
+    double first = fabs(difference) < blend ? 0.5 * (1 + difference / blend) : difference > 0 ? 1 : 0;
+    if (r->wedge->model == KELLER_WEDGE_HOLM) first = r->phi_in <= 0.5 * n * M_PI ? 1 : 0;
     bool luebbers = r->wedge->model == KELLER_WEDGE_LUEBBERS;
-    bool first = r->wedge->model == KELLER_WEDGE_HOLM ? r->phi_in <= 0.5 * n * M_PI : r->phi > r->phi_in;
     factor[2] = face(r, 1, luebbers ? r->phi : nearer_n);
     factor[3] = face(r, 0, luebbers ? r->phi_in : nearer0);
     double complex both = luebbers ? 1 : factor[2] * factor[3];
-    factor[0] = first ? both : 1;
-    factor[1] = first ? 1 : both;
+    factor[0] = first * both + (1 - first);
+    factor[1] = (1 - first) * both + first;
 }
 
 double complex keller_sound_diffraction(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                         double k)
 {
-    EdgeAzimuth incident = edge_azimuth(wedge, v3_scale(in, -1)), diffracted = edge_azimuth(wedge, out);
-    double sin_beta0 = fmax(sqrt(incident.r * diffracted.r), smallest_sine);
+    Rays r = rays_of(wedge, in, out);
     s_in = fmax(s_in, smallest_distance);
     s = fmax(s, smallest_distance);
 
     double complex d[4], factor[4], sum = 0;
-    keller_utd_terms(wedge->n, diffracted.phi, incident.phi, sin_beta0, k, sin_beta0 * sin_beta0 / (1 / s_in + 1 / s), d);
-    term_factors(&(Rays){wedge, incident.phi, diffracted.phi, sin_beta0}, factor);
+    keller_utd_terms(wedge->n, r.phi, r.phi_in, r.sin_beta0, k, r.sin_beta0 * r.sin_beta0 / (1 / s_in + 1 / s), d);
+    term_factors(&r, 0, factor);
     for (int i = 0; i < 4; i++) sum += factor[i] * d[i];
     return sum * sqrt(1 / (s * (1 + s / s_in)));
+}
+
+/* ---- edges in a row ------------------------------------------------------------------------------------------------------ */
+
+void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundChain *c)
+{
+    Rays r = rays_of(wedge, in, out);
+    chain_edge(wedge->n, r.phi, r.phi_in, r.sin_beta0, place.distance, k, &c->edge);
+    term_factors(&r, CHAIN_BLEND, c->whole);
+    for (int a = 0; a < 4; a++) c->rest[a] = 0;
+}
+
+void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, SoundChain *c)
+{
+    Rays r = rays_of(wedge, in, out);
+    SoundChain before = *c;
+    double complex factor[4];
+    chain_edge(wedge->n, r.phi, r.phi_in, r.sin_beta0, place.distance, before.edge.k, &c->edge);
+    term_factors(&r, CHAIN_BLEND, factor);
+    for (int b = 0; b < 4; b++) {
+        c->whole[b] = c->rest[b] = 0;
+        for (int a = 0; a < 4; a++) {
+            ChainPair p = chain_pair(&before.edge, a, &c->edge, b, place.coupling);
+            c->whole[b] += factor[b] * p.ratio * (chain_value(&before.edge.term[a]) * before.whole[a] + before.rest[a]);
+            c->rest[b] += factor[b] * p.more * before.whole[a];
+        }
+    }
+}
+
+double complex sound_chain_pressure(const SoundChain *c)
+{
+    double complex p = 0;
+    for (int a = 0; a < 4; a++) p += chain_value(&c->edge.term[a]) * c->whole[a] + c->rest[a];
+    return p;
 }

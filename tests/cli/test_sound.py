@@ -106,6 +106,57 @@ def test_responses_are_exported(folder, shared):
     assert names(folder) == ["c.h5", "c.xml", "q.wav", "r.wav", "scene.obj"]
 
 
+def test_threads_change_nothing(folder, shared):
+    """Responses, levels and paths bit for bit, with edges by either method, a tail, and more bins than one thread takes at once."""
+    for more in "", '<solver diffraction="btm"/>':
+        results = []
+        for threads in "1", "2", "5":
+            expect(run(folder, 'rigid="yes"', "-j", threads, change=(
+                '<paths reflections="1"/>\n  <response rate="32 kHz" duration="100 ms"/>',
+                f'<paths reflections="2" diffractions="1"/>{more}<response rate="32 kHz" duration="200 ms" tail="yes" volume="90 m3"/>')), DONE)
+            with h5(folder / "c.h5") as f:
+                assert any(f["interactions/kind"][:] == 1)
+                results.append([f[name][:].tobytes() for name in ("responses/pressure", "responses/tail", "coverage/map/level",
+                                                                  "coverage/map/level_a", "paths/gain")])
+        assert results[0] == results[1] == results[2]
+
+
+def test_the_tail_knows_what_was_computed(folder, shared):
+    """Three reflections, but one interaction: the response and its tail are those of one reflection."""
+    responses = []
+    for paths in 'reflections="1"', 'reflections="3" interactions="1"':
+        expect(run(folder, 'absorption="0.3"', change=('<paths reflections="1"/>\n  <response rate="32 kHz" duration="100 ms"/>',
+               f'<paths {paths}/><response rate="8 kHz" duration="200 ms" tail="yes" volume="60 m3"/>')), DONE)
+        with h5(folder / "c.h5") as f:
+            responses.append(f["responses/pressure"][:].tobytes())
+    assert responses[0] == responses[1]
+
+
+def test_odd_places_and_input(folder, shared):
+    """Stations on walls, rims and in corners give finite fields; what cannot be is refused with the line and what was expected."""
+    for place in ('x="0 m" y="0 m" z="0 m"', 'x="1 m" y="4 m" z="2 m"', 'x="1 m" y="4 m" z="3 m"', 'x="5 m" y="4 m" z="3 m"',
+                  'x="5 m" y="4 m" z="0 m"', 'x="-20 m" y="-20 m" z="0 m"', 'x="-3 m" y="0 m" z="2 m"'):
+        for more in "", '<solver diffraction="btm"/>':
+            (folder / "scene.obj").write_text(SCENE)
+            text = CONFIG.replace("MATERIAL", 'rigid="yes"').replace('x="2 m" y="-1 m" z="1.5 m"', place)
+            text = text.replace('<paths reflections="1"/>', f'<paths reflections="1" diffractions="1"/>{more}')
+            (folder / "c.xml").write_text(text)
+            expect(keller("run", "c.xml", "-o", "c.h5", "--force", cwd=folder), DONE)
+            with h5(folder / "c.h5") as f:
+                for name in "paths/gain", "responses/pressure":
+                    assert all(map(math.isfinite, f[name][:].view("f8" if name == "paths/gain" else "f4").ravel())), (place, more, name)
+    for change, expected in (
+            (("<frequency>250 Hz", "<frequency>0 Hz"), ("c.xml:4", "0 Hz")),
+            (('speed="340 m/s"', 'speed="0 m/s"'), ("c.xml:6", "expected 1 m/s")),
+            (('speed="340 m/s" absorption="none"', 'temperature="-300 degC"'), ("c.xml:6", "-20 degC to 50 degC")),
+            (('speed="340 m/s" absorption="none"', 'humidity="130 %"'), ("c.xml:6", "0 % to 100 %")),
+            (('duration="100 ms"', 'duration="61 s"'), ("c.xml:14", "1 ms to 60 s")),
+            (('rate="32 kHz"', 'rate="500 kHz"'), ("c.xml:14", "384 kHz"))):
+        expect(run(folder, change=change), BAD_INPUT, *expected)
+    # bands beyond half the sampling rate are no harm: they are not in the response
+    expect(run(folder, change=('rate="32 kHz"', 'rate="1 kHz"')), DONE)
+
+
 def test_domains_do_not_mix(folder, shared):
     expect(run(folder, 'itu="concrete"'), BAD_INPUT, "c.xml:7", "itu", 'domain "rf"')
     # a scene that brings materials of its own
