@@ -154,7 +154,8 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
         {"valid_paths", (double)m->work.valid_paths, "1"}, {"dropped_paths", (double)m->work.dropped_paths, "1"},
         {"dropped_bound", dropped_bound(m), "dB"}, {"boundary_paths", (double)m->work.boundary_paths, "1"},
         {"complete_reflections", p->config.reflections, "1"}, {"complete_diffractions", p->config.diffractions, "1"},
-        {"complete_transmissions", p->config.transmissions, "1"}, {"complete_interactions", p->config.interactions, "1"},
+        {"complete_transmissions", p->config.transmissions, "1"}, {"complete_scattering", p->config.scattering, "1"},
+        {"complete_interactions", p->config.interactions, "1"},
         {"threads", m->work.threads, "1"}, {"peak_memory", peak_memory(), "B"}};
     KellerStatus status = keller_result_statistic_text(result, "accelerator", m->accelerator_name, error);
     for (size_t i = 0; i < sizeof rows / sizeof *rows && status == KELLER_OK; ++i)

@@ -218,8 +218,13 @@ void coverage_cell(KellerCoverage *c, size_t cell, double speed, const PairResul
     if (n == 0) return;
     for (size_t f = 0; f < F; f++) {
         double complex sum = 0;
-        for (size_t i = 0; i < n; i++) sum += pair->gain[i * F + f];
-        c->path_gain[f * cells + cell] = power(sum);
+        double scattered = 0;
+        for (size_t i = 0; i < n; i++) {
+            double complex g = pair->gain[i * F + f];
+            if (pair->paths.items[i].patch > 0) scattered += power(g);
+            else sum += g;
+        }
+        c->path_gain[f * cells + cell] = power(sum) + scattered;
     }
     double total = 0, mean = 0, spread = 0, most = -1, at = 0;
     for (size_t i = 0; i < n; i++) {

@@ -11,6 +11,7 @@
 #include "path/join.h"
 #include "path/level.h"
 #include "path/response.h"
+#include "path/scatter.h"
 #include "base/number.h"
 
 enum {
@@ -39,6 +40,9 @@ typedef struct {
     KellerAccel *seen_by_tx, *seen_by_rx;   /* wedges in sight of the ends; NULL: not computed */
     JoinLimits join;
     KellerPathBatch batch;
+    Patches patches;            /* of all faces that scatter, if asked for */
+    uint32_t *seen_patches;     /* from the transmitter, the first seen_count */
+    size_t seen_count;
     ResponsePlan *responses;    /* NULL: none are asked for */
     uint64_t done, total;       /* receivers, times transmitters */
 } Simulation;
@@ -95,6 +99,12 @@ static uint32_t unit_hull(const KellerConfig *config, const Unit *unit, KellerVe
     return n;
 }
 
+/* Slabs that a scattered path may pass through. */
+static uint32_t slabs_of_scattered(const KellerConfig *config)
+{
+    return config->transmissions < config->interactions ? config->transmissions : config->interactions - 1;
+}
+
 /* All paths of one unit; results[i] belongs to its i-th receiver. `threads` > 1 where there are no other units. */
 static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, PairResult *results,
                              KellerSimulationWork *work, KellerError *error)
@@ -122,6 +132,10 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
             !edge_ends_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], &lists[i],
                            &join_work.accel))
             status = keller_error(error, KELLER_FAILED, "out of memory for the paths by ends of edges");
+        if (status == KELLER_OK && s->seen_count > 0 &&
+            !scatter_add(s->scene, s->accel, s->config->transmitters[s->tx].station.position, rx[i], slabs_of_scattered(s->config),
+                         &s->patches, s->seen_count, s->seen_patches, &lists[i], &join_work.accel))
+            status = keller_error(error, KELLER_FAILED, "out of memory for the scattered paths");
         path_list_merge_corners(s->scene, &lists[i]);
         results[i].paths = lists[i];
         work->valid_paths += lists[i].count;
@@ -371,6 +385,13 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
     const KellerConfig *c = s->config;
     KellerStatus status = KELLER_OK;
     int searched = -1; /* 0: for points, 1: for grids */
+    if (s->patches.count > 0) {
+        KellerAccelWork work = {0};
+        s->seen_count = patches_seen(s->scene, s->accel, c->transmitters[s->tx].station.position, slabs_of_scattered(c),
+                                     s->work->threads, &s->patches, s->seen_patches, &work);
+        s->work->nodes += work.nodes;
+        s->work->triangles += work.triangles;
+    }
     for (uint32_t i = 0; i < c->set_count && status == KELLER_OK;) {
         bool grid = c->sets[i].kind == KELLER_SET_GRID;
         uint32_t end = i + 1;
@@ -412,9 +433,18 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;
     }
+    if (status == KELLER_OK && config->scattering > 0 && config->interactions > 0) {
+        KellerError inner;
+        status = patches_of(scene, config->patch, &s.patches, &inner);
+        if (status != KELLER_OK) keller_error(error, status, "%s:%d: %s", config->file, config->paths_line, inner.message);
+        s.seen_patches = malloc((s.patches.count + 1) * sizeof *s.seen_patches);
+        if (status == KELLER_OK && !s.seen_patches) status = keller_error_memory(error, s.patches.count * sizeof *s.seen_patches);
+    }
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
+    patches_free(&s.patches);
+    free(s.seen_patches);
     response_plan_free(s.responses);
     batch_free(&s.batch);
     free(boxes);

@@ -409,7 +409,7 @@ def test_h5py_reads_every_dataset(folder, shared):
             "sets/shape": ("u4", (S, 2), None),
             "materials/name": (str, (M,), None), "materials/permittivity": ("f8", (M, F), "1"),
             "materials/conductivity": ("f8", (M, F), "S/m"), "materials/thickness": ("f8", (M,), "m"),
-            "materials/conductor": ("?", (M,), None),
+            "materials/conductor": ("?", (M,), None), "materials/scattering": ("f8", (M,), "1"),
             "scene/vertices": ("f8", (V, 3), "m"), "scene/triangles": ("u4", (N, 3), None),
             "scene/face": ("u4", (N,), None), "scene/material": ("u2", (N,), None), "scene/object": ("u2", (N,), None),
             "scene/source": ("u4", (N,), None), "scene/objects": (str, (O,), None),

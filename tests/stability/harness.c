@@ -96,6 +96,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
                            .diffractions = run->diffractions,
                            .transmissions = run->transmissions,
                            .interactions = run->interactions,
+                           .scattering = run->patch > 0,
+                           .patch = run->patch,
                            .dynamic_range = 1e4,
                            .accelerator = "auto",
                            .cone = run->cone,

@@ -21,6 +21,7 @@ typedef struct {
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
     KellerAntenna antenna;                 /* at both ends, not turned */
     uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
+    double patch; /* m: > 0: paths may be scattered once, by patches of that size */
     double cone; /* rad */
     const char *accelerator; /* NULL: auto */
     uint32_t split_over; /* as in KellerConfig: small makes even the smallest scenes split their cones */
