@@ -108,6 +108,11 @@ double complex keller_double_edge(double k, double d1, double d2, double d3, dou
  * the same side, for parallel edges sqrt(d1 d3/((d1 + d2)(d2 + d3))). 1 for r = 0. Relative error below 1e-12. */
 double complex keller_edge_pair(double x1, double x2, double r);
 
+/* The same of three edges in a row over the product of the three's own, with the couplings r12 and r23 of neighbours, r12^2 + r23^2 < 1,
+ * where the first and the last are coupled through the middle one alone, as parallel edges are. keller_edge_pair(x1, x2, r12) for r23
+ * = 0. Relative error below 1e-9. */
+double complex keller_edge_triple(double x1, double x2, double x3, double r12, double r23);
+
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */
 #define KELLER_BOUNDARY_ANGLE 1e-9

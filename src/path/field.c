@@ -84,7 +84,8 @@ static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec
     }
     for (int j = 0; j < 2; j++)
         for (int a = 0; a < 4; a++) {
-            wave->chain.whole[j][a] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a]);
+            for (int b = 0; b < (wave->chain.edges > 1 ? 4 : 1); b++)
+                wave->chain.whole[j][a][b] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a][b]);
             wave->chain.rest[j][a] = through(medium, f->normal, in, wave->k, wave->chain.rest[j][a]);
         }
 }

@@ -147,7 +147,7 @@ static KellerStatus run_unit(Simulation *s, const Unit *unit, uint32_t threads, 
     work->cones += tree_work.cones;
     work->nodes += tree_work.accel.nodes + join_work.accel.nodes;
     work->triangles += tree_work.accel.triangles + join_work.accel.triangles;
-    work->candidates += join_work.candidates;
+    work->candidates += join_work.candidates + s->seen_count * unit->count;
     return status;
 }
 
@@ -160,6 +160,8 @@ static void add_work(KellerSimulationWork *to, const KellerSimulationWork *from)
     to->valid_paths += from->valid_paths;
     to->dropped_paths += from->dropped_paths;
     to->boundary_paths += from->boundary_paths;
+    to->cornered_paths += from->cornered_paths;
+    to->crowded_paths += from->crowded_paths;
     to->dropped_ratio = greater(to->dropped_ratio, from->dropped_ratio);
     to->seconds_search += from->seconds_search;
     to->seconds_solve += from->seconds_solve;

@@ -14,13 +14,18 @@ typedef struct {
                                    have -sqrt(d1 d3/((d1 + d2)(d2 + d3))), antiparallel ones the opposite */
 } ChainPlace;
 
-/* The fields of two waves (j) behind the last edge so far, by the term (a) of its coefficient: term[a].value times whole[j][a],
- * plus rest[j][a]. Between edges each of these vectors is to be taken through what the wave meets there. */
+/* The fields of two waves (j) behind the last edge so far, by the term (b) of its coefficient and the one (a) of the edge before:
+ * term[b].value times the sum of whole[j][b][a], plus rest[j][b]. Between edges each of these vectors is to be taken through what the
+ * wave meets there. */
 typedef struct {
     UtdTerm term[4];
     PairSide side[4];
     double L, k;
-    KellerCVec3 whole[2][4], rest[2][4];
+    uint32_t edges;             /* so far */
+    UtdTerm before[4];          /* of the edge before, if there is one; with it */
+    double coupling[4][4];      /* [a][b]: r, as keller_edge_pair has it */
+    double complex ratio[4][4]; /* the pairs' transition functions */
+    KellerCVec3 whole[2][4][4], rest[2][4];
 } Chain;
 
 /* The first edge: unit directions `in` and `out`, incident fields e (transverse to `in`). No spreading. */

@@ -113,6 +113,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     for (size_t i = 0; i < run->tx_count; i++)
         config.transmitters[i] = (KellerTransmitter){
             .id = id, .station = {.position = run->tx[i], .antenna = run->antenna}, .power = 1e-3};
+    for (size_t i = 0; i < run->tx_count; i++)
+        memcpy(config.transmitters[i].station.orientation, run->orientation[0], sizeof run->orientation[0]);
     bool grid = run->grid_step > 0;
     config.set_count = grid ? 1 : run->rx_count;
     config.sets = zeroed(config.set_count, sizeof *config.sets);
@@ -121,6 +123,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     for (uint32_t i = 0; i < run->rx_count; i++) {
         config.receivers[i] = (KellerReceiver){
             .set = grid ? 0 : i, .index = grid ? i : 0, .station = {.position = run->rx[i], .antenna = run->antenna}};
+        memcpy(config.receivers[i].station.orientation, run->orientation[1], sizeof run->orientation[1]);
         if (!grid) config.sets[i] = (KellerReceiverSet){.id = id, .kind = KELLER_SET_POINT, .first = i, .count = 1};
     }
     if (grid)

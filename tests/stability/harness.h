@@ -19,7 +19,8 @@ typedef struct {
     uint32_t grid_rows;        /* of that grid; 0 counts as 1 */
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
-    KellerAntenna antenna;                 /* at both ends, not turned */
+    KellerAntenna antenna;                 /* at both ends */
+    double orientation[2][3];              /* of the transmitters and of the receivers, rad; run_new: not turned */
     uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
     double patch; /* m: > 0: paths may be scattered once, by patches of that size */
     double cone; /* rad */
