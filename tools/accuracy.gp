@@ -108,7 +108,7 @@ set output out . "end.png"
 set multiplot layout 1,2 margins 0.07,0.985,0.16,0.9 spacing 0.08
 set xrange [-6:6]
 set xtics auto
-set xlabel "way from the end to the point, over the square root of k L''"
+set xlabel "way from the end to the point, times the square root of k L''"
 set yrange [0:1.3]
 file = data . "end.csv"
 set title "wave of the edge, over that of an endless one"
