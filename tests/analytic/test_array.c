@@ -34,17 +34,25 @@ static void two_elements(void **state)
     assert_true(cabs(keller_array_factor(&a, still, v3(0, 1, 0), k) - M_SQRT2) < 1e-14);
 }
 
-/* The gain of arrays at both ends is that of all pairs of elements, each traced: but for the curvature of waves, k r^2/2R, and the
- * spreading, r/R. */
-static void against_tracing(void **state)
+static const KellerArrayElement elements[3] = {{{0.01, 0.04, 0}, 0.3}, {{0, 0, 0.02}, 1.1}, {{0, -0.05, 0.01}, -0.7}};
+
+static KellerScene street(void)
 {
-    (void)state;
-    const KellerArrayElement elements[3] = {{{0.01, 0.04, 0}, 0.3}, {{0, 0, 0.02}, 1.1}, {{0, -0.05, 0.01}, -0.7}};
     KellerSoup soup = soup_new();
     soup_object(&soup, "street");
     soup_quad(&soup, v3(-900, -500, 0), v3(900, -500, 0), v3(900, 500, 0), v3(-900, 500, 0), CONCRETE);
     soup_quad(&soup, v3(-900, 90, 0), v3(900, 90, 0), v3(900, 90, 200), v3(-900, 90, 200), CONDUCTOR);
     KellerScene scene = scene_of(&soup);
+    soup_release(&soup);
+    return scene;
+}
+
+/* The gain of arrays at both ends is that of all pairs of elements, each traced: but for the curvature of waves, k r^2/2R, and the
+ * spreading, r/R. */
+static void against_tracing(void **state)
+{
+    (void)state;
+    KellerScene scene = street();
     KellerVec3 tx = v3(-350, 0, 60), rx = v3(400, 30, 40);
     Run run = run_new(&tx, 1, &rx, 2, 1, 3);
     run.antenna.element_count = 3;
@@ -66,7 +74,6 @@ static void against_tracing(void **state)
     assert_true(cabs(whole - sum) < 2e-3 * sizes);
     assert_true(cabs(whole) > 0.05 * sizes);
     keller_scene_free(&scene);
-    soup_release(&soup);
 }
 
 /* The rotation yaw, pitch, roll (intrinsic z-y-x) of a vector, one turn after the other. */
@@ -83,13 +90,8 @@ static void turned_and_polarised(void **state)
 {
     (void)state;
     static const KellerAntennaPattern patterns[2] = {KELLER_ANTENNA_TR38901, KELLER_ANTENNA_DIPOLE};
-    const KellerArrayElement elements[3] = {{{0.01, 0.04, 0}, 0.3}, {{0, 0, 0.02}, 1.1}, {{0, -0.05, 0.01}, -0.7}};
     const double ways[2][3] = {{0.2, -0.1, 0.6}, {2.8, 0.15, -0.4}};
-    KellerSoup soup = soup_new();
-    soup_object(&soup, "street");
-    soup_quad(&soup, v3(-900, -500, 0), v3(900, -500, 0), v3(900, 500, 0), v3(-900, 500, 0), CONCRETE);
-    soup_quad(&soup, v3(-900, 90, 0), v3(900, 90, 0), v3(900, 90, 200), v3(-900, 90, 200), CONDUCTOR);
-    KellerScene scene = scene_of(&soup);
+    KellerScene scene = street();
     KellerVec3 tx = v3(-350, 0, 60), rx = v3(400, 30, 40);
     for (int p = 0; p < 2; p++)
         for (int h = 0; h < 2; h++) {
@@ -118,7 +120,6 @@ static void turned_and_polarised(void **state)
             assert_true(cabs(whole) > 0.02 * sizes);
         }
     keller_scene_free(&scene);
-    soup_release(&soup);
 }
 
 int main(void)

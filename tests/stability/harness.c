@@ -144,6 +144,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     if (keller_accel_build(run->accelerator ? run->accelerator : "auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
     if (keller_simulate(&config, scene, accel, &sink, &work, &error) != KELLER_OK) stop("keller_simulate", &error);
     keller_accel_free(accel);
+    found.work = work;
     free(config.transmitters);
     free(config.sets);
     free(config.receivers);

@@ -43,6 +43,7 @@ typedef struct {
     Found *path; /* in the order they came */
     size_t coverage_count;
     double coverage[8]; /* path gain of the first grid points at the first frequency */
+    KellerSimulationWork work;
 } FoundPaths;
 
 /* One transmitter, receivers as points, 3.5 GHz, isotropic V, cone 2 degrees, one thread; nothing is dropped. */
