@@ -189,16 +189,16 @@ static void triangles_do_not_matter(void **state)
         found_free(&b);
     }
     /* the face is all there, and no middle of a patch is in the hole or beside the face */
-    double total = 0;
+    size_t total = 0;
     for (size_t i = 0; i < a.count; i++) {
         if (a.path[i].rx != 0 || !scattered(&a.path[i])) continue;
         KellerVec3 p = a.path[i].position[0];
-        total += 1;
+        total++;
         assert_true(p.x > -3 && p.x < 3 && p.z > 0 && p.z < 4 && p.y == 0);
         assert_false(p.x > -1.3 && p.x < 0.2 && p.z > 1.4 && p.z < 2.3);
         assert_false(p.x > 1.1 && p.z > 2.3);
     }
-    assert_true(total == n);
+    assert_int_equal(total, n);
     found_free(&a);
     soup_release(&soup);
 }
