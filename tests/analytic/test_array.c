@@ -47,6 +47,18 @@ static KellerScene street(void)
     return scene;
 }
 
+/* Of all paths; *sizes: the sum of their |gain|. */
+static double complex sum_of_paths(const KellerScene *scene, const Run *run, double *sizes)
+{
+    FoundPaths found = run_simulation(scene, run);
+    double complex whole = found_total(&found, 0, 0);
+    *sizes = 0;
+    for (size_t i = 0; i < found.count; i++) *sizes += cabs(found.path[i].gain[0]);
+    assert_true(found.count >= 4);
+    found_free(&found);
+    return whole;
+}
+
 /* The gain of arrays at both ends is that of all pairs of elements, each traced: but for the curvature of waves, k r^2/2R, and the
  * spreading, r/R. */
 static void against_tracing(void **state)
@@ -57,17 +69,13 @@ static void against_tracing(void **state)
     Run run = run_new(&tx, 1, &rx, 2, 1, 3);
     run.antenna.element_count = 3;
     run.antenna.elements = elements;
-    FoundPaths found = run_simulation(&scene, &run);
-    double complex whole = found_total(&found, 0, 0), sum = 0;
-    double sizes = 0;
-    for (size_t i = 0; i < found.count; i++) sizes += cabs(found.path[i].gain[0]);
-    assert_true(found.count >= 4);
-    found_free(&found);
+    double sizes;
+    double complex whole = sum_of_paths(&scene, &run, &sizes), sum = 0;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             KellerVec3 from = v3_add(tx, elements[i].position), to = v3_add(rx, elements[j].position);
             Run one = run_new(&from, 1, &to, 2, 1, 3);
-            found = run_simulation(&scene, &one);
+            FoundPaths found = run_simulation(&scene, &one);
             sum += found_total(&found, 0, 0) * cexp(I * (elements[i].phase + elements[j].phase)) / 3;
             found_free(&found);
         }
@@ -102,17 +110,14 @@ static void turned_and_polarised(void **state)
             Run one = run;
             run.antenna.element_count = 3;
             run.antenna.elements = elements;
-            FoundPaths found = run_simulation(&scene, &run);
-            double complex whole = found_total(&found, 0, 0), sum = 0;
-            double sizes = 0;
-            for (size_t i = 0; i < found.count; i++) sizes += cabs(found.path[i].gain[0]);
-            found_free(&found);
+            double sizes;
+            double complex whole = sum_of_paths(&scene, &run, &sizes), sum = 0;
             for (int i = 0; i < 3; i++)
                 for (int j = 0; j < 3; j++) {
                     KellerVec3 from = v3_add(tx, turned(ways[0], elements[i].position)), to = v3_add(rx, turned(ways[1], elements[j].position));
                     one.tx = &from;
                     one.rx = &to;
-                    found = run_simulation(&scene, &one);
+                    FoundPaths found = run_simulation(&scene, &one);
                     sum += found_total(&found, 0, 0) * cexp(I * (elements[i].phase + elements[j].phase)) / 3;
                     found_free(&found);
                 }
