@@ -15,7 +15,7 @@ extern const AccuracyWedge accuracy_wedges[ACCURACY_WEDGES]; /* half-plane, 60, 
 /* What a row of b_wedge_plane, b_wedge_line, b_point3d or a_halfplane is about; lengths in m. */
 WedgeSetting accuracy_setting(const Table *t, SourceKind kind, double n);
 
-/* Writes FOLDER/accuracy-{field-DEGREES,lossy,edges}.csv, the first from the tables in `truth`; false, and says so, where a
+/* Writes FOLDER/accuracy-{field-DEGREES,lossy,edges,end}.csv, the first from the tables in `truth`; false, and says so, where a
  * file cannot be written. */
 bool accuracy_curves(const char *folder, const char *truth);
 #endif

@@ -1,6 +1,7 @@
 #include "accuracy.h"
 
 #include "../tests/analytic/double_edge_forms.h"
+#include "../tests/analytic/edge_end.h"
 #include "../tests/analytic/lossy_errors.h"
 
 static FILE *create(const char *folder, const char *name)
@@ -90,7 +91,23 @@ static bool edge_curves(const char *folder)
     return true;
 }
 
+/* place, the program's wave, the exact one, and the error with and without the fade; a block an azimuth. */
+static bool end_curves(const char *folder)
+{
+    FILE *f = create(folder, "end");
+    if (!f) return false;
+    for (int phi = 220; phi <= 300; phi += 80) {
+        for (double place = -6; place < 6.05; place += 0.1) {
+            EdgeEnd e = edge_end_at(place, phi * M_PI / 180);
+            fprintf(f, "%.2f,%.6f,%.6f,%.6f,%.6f\n", place, cabs(e.program), cabs(e.exact), cabs(e.program - e.exact),
+                    cabs((place > 0) - e.exact));
+        }
+        fprintf(f, "\n\n");
+    }
+    return fclose(f) == 0;
+}
+
 bool accuracy_curves(const char *folder, const char *truth)
 {
-    return field_curves(folder, truth) && lossy_curves(folder) && edge_curves(folder);
+    return field_curves(folder, truth) && lossy_curves(folder) && edge_curves(folder) && end_curves(folder);
 }

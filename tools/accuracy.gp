@@ -102,3 +102,20 @@ do for [p = 1:2] {
     file index p - 1 using 1:4 with lines ls 1 title "product with slopes"
 }
 unset multiplot
+
+# ---- the end of an edge
+set output out . "end.png"
+set multiplot layout 1,2 margins 0.07,0.985,0.16,0.9 spacing 0.08
+set xrange [-6:6]
+set xtics auto
+set xlabel "way from the end to the point, times the square root of k L''"
+set yrange [0:1.3]
+file = data . "end.csv"
+set title "wave of the edge, over that of an endless one"
+set key inside top left Left reverse samplen 2
+set ylabel ""
+plot file index 1 using 1:3 with lines ls 8 title "exact", file index 1 using 1:2 with lines ls 1 title "this program"
+set title "error"
+set yrange [0:0.8]
+plot file index 1 using 1:5 with lines ls 2 title "cut off at the end", file index 1 using 1:4 with lines ls 1 title "faded out, this program"
+unset multiplot

@@ -90,6 +90,8 @@ typedef struct {
     size_t receiver_count;
     KellerReceiver *receivers;
     uint32_t reflections, diffractions, transmissions, interactions;
+    uint32_t scattering;        /* 0 or 1: of a path, by a patch of a face whose material scatters diffusely */
+    double patch;               /* m, > 0: the longest side of such patches */
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */
     KellerWedgeModel wedge_model; /* the caller puts it, air, sound and transmissions into the scene that is simulated */

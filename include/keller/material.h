@@ -16,6 +16,20 @@ typedef enum {
     KELLER_MATERIAL_IMPEDANCE /* for sound: locally reacting, a specific normal impedance at each band */
 } KellerMaterialKind;
 
+/* What a surface scatters diffusely: the effective roughness model (Degli-Esposti, Fuschini, Vitucci and Falciasecca, IEEE Trans. AP-55
+ * (2007) 143-153). All zero: nothing. */
+typedef struct {
+    double coefficient;       /* S, [0, 1]: S^2 of the power that the smooth surface reflects is scattered, 1 - S^2 is left to reflect */
+    uint32_t lobe;            /* exponent of the lobe about the direction of reflection, alpha_R; 0: Lambert's law, and the next two
+                                 do not count */
+    uint32_t back_lobe;       /* exponent of the lobe back to the source, alpha_i, >= 1 where share < 1 */
+    double share;             /* of the power in the lobe about the direction of reflection, Lambda, [0, 1]; the rest goes back */
+    double cross;             /* share of the scattered power that changes its polarisation, [0, 1] */
+} KellerScattering;
+
+/* Exponents of lobes beyond this are as good as mirrors, and refused. */
+enum { KELLER_MAX_LOBE = 1000 };
+
 /* One layer of a slab. */
 typedef struct {
     KellerMaterialKind kind;  /* ITU or CONSTANT */
@@ -34,6 +48,7 @@ typedef struct {
     double conductivity;      /* kind CONSTANT: S/m, >= 0 */
     double thickness;         /* m, > 0: a slab in air; 0: a half-space (SPEC 6); kind LAYERS: of all layers together */
     double roughness;         /* m, rms height of the surface, >= 0 */
+    KellerScattering diffuse; /* kinds for radio waves */
     uint32_t layer_count;     /* kind LAYERS: 1 to KELLER_MAX_LAYERS; waves meet layer 0 first, from whichever side */
     KellerLayer layers[KELLER_MAX_LAYERS];
     /* kinds ABSORPTION and IMPEDANCE: the values at frequencies (Hz) in rising order; between them linear in the logarithm of

@@ -23,7 +23,7 @@ typedef enum {
     KELLER_SCATTERING = 3
 } KellerInteractionKind;
 
-/* One element of a sequence: a face to reflect in or to pass through, or a wedge to diffract at. */
+/* One element of a sequence: a face to reflect in, to pass through or to be scattered by, or a wedge to diffract at. */
 typedef struct {
     KellerInteractionKind kind;
     uint32_t id;                /* face or wedge */
@@ -36,7 +36,7 @@ typedef struct {
     uint32_t count;
     KellerStep step[KELLER_MAX_INTERACTIONS];
     KellerVec3 position[KELLER_MAX_INTERACTIONS];
-    uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* reflected in or passed through; KELLER_NONE for a diffraction */
+    uint32_t triangle[KELLER_MAX_INTERACTIONS];   /* reflected in, passed through or scattered by; KELLER_NONE for a diffraction */
     uint8_t free_end[KELLER_MAX_INTERACTIONS];    /* of a diffraction: bit 0, 1 set where the edge's first, second end is free, that
                                                      is nothing stands in the way along the edge to beyond it; else 0 */
     KellerVec3 leg[KELLER_MAX_INTERACTIONS + 1];
@@ -45,6 +45,7 @@ typedef struct {
     double length;              /* m, geometrical: slabs take up no length of their own */
     double weight;              /* 1; less exactly on a boundary of the path: the share of the surroundings in which it
                                    exists, 1/2 on a shadow or reflection boundary (SPEC 6) */
+    double patch;               /* m^2: area of the patch that scatters, in the path's one step of that kind; else 0 */
 } KellerPath;
 
 /* false ends the solution. */
@@ -93,7 +94,7 @@ typedef struct {
     uint32_t tx, set;
     uint32_t ny, nx;
     size_t frequency_count;
-    double *path_gain;            /* [F][ny][nx] |sum of gains|^2 */
+    double *path_gain;            /* [F][ny][nx] |sum of gains|^2, and the sum of |gain|^2 of scattered paths */
     double *delay_spread;         /* [ny][nx] s, rms, weighted with the power at the first frequency; NaN: no path */
     double *strongest_delay;      /* [ny][nx] s; NaN: no path */
     double *level;                /* sound: [F][ny][nx] dB re 20 uPa, of the band or tone; -infinity: no path. Radio: NULL */
@@ -104,6 +105,8 @@ typedef struct {
     uint64_t cones, nodes, triangles, valid_paths, dropped_paths;
     uint64_t candidates;          /* sequences looked at for a receiver; one that is ruled out for a whole patch counts once */
     uint64_t boundary_paths;      /* of weight below 1: too close to call, so each with its share */
+    uint64_t cornered_paths;      /* of weight below 1/2: on two boundaries at once, where shares are estimates */
+    uint64_t crowded_paths;       /* over four or more edges in each other's transition zones, at the lowest frequency */
     double dropped_ratio;         /* of a pair's dropped paths the sum of |gain|, over its strongest one: the largest */
     double seconds_search, seconds_solve;
     uint32_t threads;

@@ -23,6 +23,7 @@ typedef struct {
     double complex eta;      /* relative permittivity eps' - j sigma/(w eps0) */
     double thickness;        /* m; 0: half-space */
     double roughness;        /* m, rms height of the surface */
+    KellerScattering diffuse;
     uint32_t layer_count;    /* 0: one medium; else a slab of these layers, as thick as all together, eta not used */
     struct {
         double complex eta;
@@ -46,7 +47,8 @@ KellerStatus keller_medium(const KellerMaterial *material, double frequency, Kel
 /* Reflection coefficients for E perpendicular (te) and parallel (tm) to the plane of incidence, ITU-R P.2040-4
  * conventions (R_TM = -R_TE at normal incidence; conductor: te = -1, tm = +1). `cos_incidence` in [0, 1], wavenumber k
  * of free space in rad/m (used by slabs and rough surfaces only). Half-space or slab of one or several layers, as the medium
- * says; what is left of the reflection at a rough surface is its coherent part, e^{-2 (k roughness cos)^2} (Ament 1953). */
+ * says; what is left of the reflection at a rough surface is its coherent part, e^{-2 (k roughness cos)^2} (Ament 1953), and
+ * what is left at one that scatters diffusely sqrt(1 - S^2) of that. */
 void keller_reflection(const KellerMedium *medium, double cos_incidence, double k, double complex *te,
                        double complex *tm);
 /* Transmission coefficients of a slab (thickness > 0), including the phase through it; 0 for a half-space or a
@@ -60,6 +62,19 @@ KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, 
  * the place of the phase k d cos(theta) of the free space that it fills, so that a slab of air changes nothing, and the
  * caller's phase goes on over the whole straight ray. Arguments as above; 0 for a half-space or a conductor. */
 KellerCVec3 keller_transmit_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
+
+/* ---- diffuse scattering --------------------------------------------------------------------------------------- */
+
+/* How what a surface scatters is distributed, in 1/sr: its integral over the half-space above the surface is 1. Unit directions
+ * of travel, `in` towards the surface and `out` away from it on the side it came from; unit normal `normal` of either sign. */
+double keller_scatter_density(const KellerScattering *scattering, KellerVec3 normal, KellerVec3 in, KellerVec3 out);
+/* The field that a small patch of `area` (m^2) scatters towards `out`, times the distance: |field|^2 is the density times S^2 area
+ * cos(theta_in) |R e|^2, with the coefficients R of the smooth surface. `e`: incident field at the patch, transverse to `in`. Returns
+ * a field transverse to `out`: the reflected field, its direction turned to `out` the shortest way, and of the parts of it that are across
+ * and in the plane of incidence `cross` of the power exchanged. phase[0] is the phase of all of it, phase[1] that of what is exchanged
+ * against the rest (rad). */
+KellerCVec3 keller_scatter_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, KellerVec3 out, double area,
+                                 const double phase[2], double k, KellerCVec3 e);
 
 /* ---- diffraction ---------------------------------------------------------------------------------------------- */
 
@@ -92,6 +107,11 @@ double complex keller_double_edge(double k, double d1, double d2, double d3, dou
  * each edge, eps the angle to the pole; |r| < 1 the coupling of the edges, positive where a ray from pole to pole passes both on
  * the same side, for parallel edges sqrt(d1 d3/((d1 + d2)(d2 + d3))). 1 for r = 0. Relative error below 1e-12. */
 double complex keller_edge_pair(double x1, double x2, double r);
+
+/* The same of three edges in a row over the product of the three's own, with the couplings r12 and r23 of neighbours, r12^2 + r23^2 < 1,
+ * where the first and the last are coupled through the middle one alone, as parallel edges are. keller_edge_pair(x1, x2, r12) for r23
+ * = 0. Relative error below 1e-9. */
+double complex keller_edge_triple(double x1, double x2, double x3, double r12, double r23);
 
 /* Radians: nearer than this to a shadow or reflection boundary counts as on it (see keller_utd_terms and the
  * visibility test, which must agree). */

@@ -88,6 +88,11 @@ void keller_print_configuration(const KellerConfig *config);
 void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes);
 /* A note where transmissions are asked for and no face of the scene lets anything through. */
 void keller_print_opaque(const KellerConfig *config, const KellerScene *scene);
+typedef struct {
+    size_t partly, entirely;    /* pairs of edges that count as one: up to half of the longest wavelength apart, up to a quarter */
+    double wavelength;          /* m */
+} KellerStripCount;
+KellerStripCount keller_count_strips(const KellerConfig *config, const KellerScene *scene);
 /* A note where edges are so near to each other that their diffraction is that of one edge (docs/theory.md). */
 void keller_print_strips(const KellerConfig *config, const KellerScene *scene);
 /* keller_scene_build, whose message names no file: `file` is put before it. */

@@ -126,6 +126,7 @@ void keller_print_configuration(const KellerConfig *c)
                routes == 1 ? "" : "s", grids, grids == 1 ? "" : "s");
     keller_row("orders", "%u reflections, %u diffractions, %u transmissions, at most %u together", c->reflections,
                c->diffractions, c->transmissions, c->interactions);
+    if (c->scattering > 0) keller_row("scattering", "one of a path, by patches of at most %s", keller_si(c->patch, "m", number));
     static const char *const models[] = {
         [KELLER_WEDGE_RECIPROCAL] = "reciprocal", [KELLER_WEDGE_LUEBBERS] = "luebbers", [KELLER_WEDGE_HOLM] = "holm"};
     keller_row("wedges", "%s", models[c->wedge_model]);
@@ -196,20 +197,30 @@ void keller_print_opaque(const KellerConfig *config, const KellerScene *scene)
     printf("  note: no wall lets anything through: its material would need a thickness\n");
 }
 
-void keller_print_strips(const KellerConfig *config, const KellerScene *scene)
+KellerStripCount keller_count_strips(const KellerConfig *config, const KellerScene *scene)
 {
+    KellerStripCount count = {0};
     bool sound = config->sound.speed > 0;
-    if (config->diffractions == 0 || (sound && config->sound.edges == KELLER_EDGES_BTM)) return;
-    double longest = 0, speed = sound ? config->sound.speed : KELLER_LIGHT_SPEED;
-    for (size_t f = 0; f < config->frequency_count; ++f) longest = fmax(longest, speed / config->frequencies[f]);
-    size_t strips = 0, narrow = 0;
+    double speed = sound ? config->sound.speed : KELLER_LIGHT_SPEED;
+    for (size_t f = 0; f < config->frequency_count; ++f) count.wavelength = fmax(count.wavelength, speed / config->frequencies[f]);
+    if (config->diffractions == 0 || (sound && config->sound.edges == KELLER_EDGES_BTM)) return count;
     for (size_t f = 0; f < scene->face_count; ++f) {
         double width = scene->faces[f].strip;
-        strips += width > 0 && width < 0.5 * longest;
-        narrow += width > 0 && width <= 0.25 * longest;
+        count.partly += width > 0 && width < 0.5 * count.wavelength;
+        count.entirely += width > 0 && width <= 0.25 * count.wavelength;
     }
-    if (strips == 0) return;
+    return count;
+}
+
+void keller_print_strips(const KellerConfig *config, const KellerScene *scene)
+{
+    KellerStripCount count = keller_count_strips(config, scene);
+    if (count.partly == 0) return;
     char number[32];
     printf("  note: %zu pair%s of edges less than half a wavelength apart (of %s; %zu of them less than a quarter) count as one edge, "
-           "those less than a quarter entirely\n", strips, strips == 1 ? "" : "s", keller_si(longest, "m", number), narrow);
+           "those less than a quarter entirely\n", count.partly, count.partly == 1 ? "" : "s", keller_si(count.wavelength, "m", number),
+           count.entirely);
+    if (config->diffractions == 1)
+        printf("  note: where an end sees only one edge of such a pair, the path over both has two diffractions; expected "
+               "diffractions=\"2\" or more for all of the field behind it\n");
 }

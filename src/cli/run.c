@@ -144,6 +144,7 @@ static double dropped_bound(const Measured *m) { return 20 * log10(m->work.dropp
 static KellerStatus write_statistics(KellerResult *result, const KellerPrepared *p, const Measured *m,
                                      KellerError *error)
 {
+    const KellerStripCount strips = keller_count_strips(&p->config, &p->scene);
     const struct { const char *name; double value; const char *unit; } rows[] = {
         {"time_configuration", p->seconds_configuration, "s"}, {"time_read", p->seconds_read, "s"},
         {"time_scene", p->seconds_scene, "s"}, {"time_accelerator", m->accelerator, "s"},
@@ -153,8 +154,11 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
         {"triangles_visited", (double)m->work.triangles, "1"}, {"candidates", (double)m->work.candidates, "1"},
         {"valid_paths", (double)m->work.valid_paths, "1"}, {"dropped_paths", (double)m->work.dropped_paths, "1"},
         {"dropped_bound", dropped_bound(m), "dB"}, {"boundary_paths", (double)m->work.boundary_paths, "1"},
+        {"cornered_paths", (double)m->work.cornered_paths, "1"}, {"crowded_paths", (double)m->work.crowded_paths, "1"},
+        {"edges_as_one", (double)strips.partly, "1"},
         {"complete_reflections", p->config.reflections, "1"}, {"complete_diffractions", p->config.diffractions, "1"},
-        {"complete_transmissions", p->config.transmissions, "1"}, {"complete_interactions", p->config.interactions, "1"},
+        {"complete_transmissions", p->config.transmissions, "1"}, {"complete_scattering", p->config.scattering, "1"},
+        {"complete_interactions", p->config.interactions, "1"},
         {"threads", m->work.threads, "1"}, {"peak_memory", peak_memory(), "B"}};
     KellerStatus status = keller_result_statistic_text(result, "accelerator", m->accelerator_name, error);
     for (size_t i = 0; i < sizeof rows / sizeof *rows && status == KELLER_OK; ++i)
@@ -176,6 +180,12 @@ static void print_statistics(const KellerPrepared *p, const Measured *m)
                    (unsigned long long)m->work.dropped_paths, dropped_bound(m));
     if (m->work.boundary_paths > 0)
         keller_row("too close to call", "%llu exactly on a boundary, each with its share", (unsigned long long)m->work.boundary_paths);
+    if (m->work.cornered_paths > 0)
+        keller_row("beyond the theory", "%llu on two boundaries at once: their shares are estimates, some 3 dB off; move an end by a hair",
+                   (unsigned long long)m->work.cornered_paths);
+    if (m->work.crowded_paths > 0)
+        keller_row("beyond the theory", "%llu over four or more edges within each other's transition zones: some dB too weak",
+                   (unsigned long long)m->work.crowded_paths);
     keller_row("accelerator", "%s, %u thread%s, %.0f MB at most", m->accelerator_name, m->work.threads,
                m->work.threads == 1 ? "" : "s", peak_memory() / 1e6);
     printf("time/s\n");

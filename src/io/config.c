@@ -142,6 +142,7 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
 {
     KellerConfig *config = reader->config;
     config->dynamic_range = 150;
+    config->patch = 1;
     const xmlNode *node = keller_config_child(root, "paths");
     if (!node) return KELLER_OK;
     config->paths_line = keller_xml_line(node);
@@ -152,12 +153,13 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
         status = keller_config_count(reader, node, "diffractions", KELLER_MAX_BENDS, &config->diffractions);
     if (status == KELLER_OK)
         status = keller_config_count(reader, node, "transmissions", KELLER_MAX_INTERACTIONS, &config->transmissions);
-    config->interactions = config->reflections + config->diffractions + config->transmissions;
+    if (status == KELLER_OK) status = keller_config_count(reader, node, "scattering", 1, &config->scattering);
+    config->interactions = config->reflections + config->diffractions + config->transmissions + config->scattering;
     if (status == KELLER_OK)
         status = keller_config_count(reader, node, "interactions", KELLER_MAX_INTERACTIONS, &config->interactions);
     if (status == KELLER_OK && config->interactions > KELLER_MAX_INTERACTIONS)
         status = keller_config_fail(reader, node,
-                                    "reflections, diffractions and transmissions of <paths> add up to %u "
+                                    "reflections, diffractions, transmissions and scattering of <paths> add up to %u "
                                     "interactions; expected at most %d, or interactions=\"...\" to bound them",
                                     config->interactions, KELLER_MAX_INTERACTIONS);
     uint32_t bends = config->reflections + config->diffractions;
@@ -168,6 +170,10 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
                                     bends, KELLER_MAX_BENDS);
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "dynamic-range", "ratio", &positive, &config->dynamic_range);
+    static const KellerConfigRange patch = {1e-3, 1e6, "1 mm to 1000 km"};
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "patch", "length", &patch, &config->patch);
+    if (status == KELLER_OK && config->scattering == 0 && keller_config_attribute(node, "patch"))
+        status = keller_config_fail(reader, node, "<paths> has a patch that nothing uses; expected scattering=\"1\" with it");
     static const char *const models[] = {"reciprocal", "luebbers", "holm", NULL};
     static const KellerWedgeModel meaning[] = {KELLER_WEDGE_RECIPROCAL, KELLER_WEDGE_LUEBBERS, KELLER_WEDGE_HOLM};
     unsigned place = 0;

@@ -110,6 +110,30 @@ static KellerStatus read_layers(const KellerConfigReader *reader, const xmlNode 
     return KELLER_OK;
 }
 
+/* Lambert's law without a lobe; all in one lobe without a share. */
+static KellerStatus read_scattering(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
+{
+    static const KellerConfigRange share = {0, 1, "a number from 0 to 1"};
+    static const char *const shape[] = {"lobe", "back-lobe", "lobe-share", "cross-polarization"};
+    KellerScattering *s = &material->diffuse;
+    s->share = 1;
+    KellerStatus status = keller_config_quantity(reader, node, "scattering", NULL, &share, &s->coefficient);
+    if (status == KELLER_OK) status = keller_config_count(reader, node, "lobe", KELLER_MAX_LOBE, &s->lobe);
+    if (status == KELLER_OK) status = keller_config_count(reader, node, "back-lobe", KELLER_MAX_LOBE, &s->back_lobe);
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "lobe-share", NULL, &share, &s->share);
+    if (status == KELLER_OK) status = keller_config_quantity(reader, node, "cross-polarization", NULL, &share, &s->cross);
+    if (status != KELLER_OK) return status;
+    for (size_t i = 0; i < sizeof shape / sizeof *shape; i++)
+        if (keller_config_attribute(node, shape[i]) && !keller_config_attribute(node, "scattering"))
+            return keller_config_fail(reader, node, "material \"%s\" has %s=\"...\" but does not scatter; expected scattering=\"...\" "
+                                      "with it", keller_quote(material->name).text, shape[i]);
+    bool back = keller_config_attribute(node, "back-lobe"), shared = keller_config_attribute(node, "lobe-share");
+    if (back != shared || (back && (s->lobe == 0 || s->back_lobe == 0)))
+        return keller_config_fail(reader, node, "material \"%s\" has half a lobe back to the source; expected lobe, back-lobe (both 1 or "
+                                  "more) and lobe-share together", keller_quote(material->name).text);
+    return KELLER_OK;
+}
+
 static KellerStatus read_material(const KellerConfigReader *reader, const xmlNode *node, KellerMaterial *material)
 {
     static const KellerConfigRange roughness = {0, 1e3, "0 m to 1 km"};
@@ -129,6 +153,7 @@ static KellerStatus read_material(const KellerConfigReader *reader, const xmlNod
     }
     if (status == KELLER_OK)
         status = keller_config_quantity(reader, node, "roughness", "length", &roughness, &material->roughness);
+    if (status == KELLER_OK) status = read_scattering(reader, node, material);
     return status;
 }
 

@@ -41,7 +41,8 @@ static const Rule rules[] = {
     {"bands", "from! to! per-octave?", "", false, SOUND},
     {"medium", "temperature? pressure? humidity? absorption? rain?", "", false, RADIO},
     {"medium", "temperature? pressure? humidity? absorption? speed?", "", false, SOUND},
-    {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness?", "layer*", false, RADIO},
+    {"material", "name! itu? permittivity? conductivity? conductor? thickness? roughness? scattering? lobe? back-lobe? lobe-share? "
+     "cross-polarization?", "layer*", false, RADIO},
     {"material", "name! absorption? impedance? rigid? scattering?", "", false, SOUND},
     {"layer", "itu? permittivity? conductivity? thickness!", "", false, RADIO},
     {"default-material", "name!", "", false, ANY},
@@ -66,7 +67,7 @@ static const Rule rules[] = {
     {"from", "x! y!", "", false, ANY},
     {"to", "x! y!", "", false, ANY},
     {"step", "", "", true, ANY},
-    {"paths", "reflections? diffractions? transmissions? interactions? dynamic-range? wedge?", "", false, RADIO},
+    {"paths", "reflections? diffractions? transmissions? scattering? patch? interactions? dynamic-range? wedge?", "", false, RADIO},
     {"paths", "reflections? diffractions? interactions? dynamic-range? wedge?", "", false, SOUND},
     {"solver", "accelerator? cone? threads?", "", false, RADIO},
     {"solver", "accelerator? cone? threads? diffraction?", "", false, SOUND},

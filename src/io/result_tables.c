@@ -171,20 +171,22 @@ static KellerStatus write_materials(KellerHdf *hdf, const KellerConfig *config, 
                                     KellerError *error)
 {
     size_t materials = scene->material_count, frequencies = config->frequency_count, cells = materials * frequencies;
-    double *constants = malloc((2 * cells + materials + 1) * sizeof *constants);
+    double *constants = malloc((2 * cells + 2 * materials + 1) * sizeof *constants);
     char **names = malloc((materials + 1) * sizeof *names);
     int8_t *conductor = malloc(materials + 1);
     if (!constants || !names || !conductor) {
         free(constants);
         free(names);
         free(conductor);
-        return keller_error_memory(error, (2 * cells + materials) * sizeof *constants);
+        return keller_error_memory(error, (2 * cells + 2 * materials) * sizeof *constants);
     }
     double *permittivity = constants, *conductivity = constants + cells, *thickness = constants + 2 * cells;
+    double *scattering = thickness + materials;
     for (size_t i = 0; i < materials; ++i) {
         const KellerMaterial *material = &scene->materials[i];
         names[i] = material->name;
         thickness[i] = material->thickness;
+        scattering[i] = material->diffuse.coefficient;
         conductor[i] = material->kind == KELLER_MATERIAL_CONDUCTOR;
         for (size_t f = 0; f < frequencies; ++f) {
             KellerMedium medium;
@@ -207,6 +209,7 @@ static KellerStatus write_materials(KellerHdf *hdf, const KellerConfig *config, 
     keller_hdf_table(hdf, "/materials/permittivity", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 2, table, "1", permittivity);
     keller_hdf_table(hdf, "/materials/conductivity", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 2, table, "S/m", conductivity);
     keller_hdf_table(hdf, "/materials/thickness", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, table, "m", thickness);
+    keller_hdf_table(hdf, "/materials/scattering", H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, table, "1", scattering);
     free(constants);
     free(names);
     free(conductor);

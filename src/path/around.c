@@ -6,14 +6,14 @@
 
 #include "base/number.h"
 
-/* The path with its transmissions as steps among the others. */
-static void insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,
-                   KellerPath *whole)
+void path_insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,
+                 KellerPath *whole)
 {
     uint32_t n = 0, next = 0;
     whole->length = path->length;
     whole->weight = path->weight;
     whole->part[0] = whole->part[1] = 0;
+    whole->patch = path->patch;
     for (uint32_t i = 0; i <= path->count; i++) {
         KellerVec3 a = i > 0 ? path->position[i - 1] : tx, b = i < path->count ? path->position[i] : rx;
         for (; next < crossings->count && crossings->at[next].leg == i; next++) {
@@ -156,7 +156,7 @@ static bool solve_around(const KellerScene *scene, const KellerAccel *accel, Kel
     for (uint32_t i = 0; i < s.count; i++) {
         KellerPath whole;
         path->weight = (double)s.seen[i] / s.all;
-        insert(scene, tx, rx, path, &s.way[i], &whole);
+        path_insert(scene, tx, rx, path, &s.way[i], &whole);
         if (!found(context, &whole)) return false;
     }
     return true;
@@ -176,6 +176,6 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     find_free_ends(scene, accel, &path, work);
     if (boundary) return solve_around(scene, accel, tx, rx, count, steps, transmissions, &path, found, context, work);
     if (crossings.count == 0) return found(context, &path);
-    insert(scene, tx, rx, &path, &crossings, &whole);
+    path_insert(scene, tx, rx, &path, &crossings, &whole);
     return found(context, &whole);
 }

@@ -55,7 +55,8 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
             strongest[f] = greater(strongest[f], power(g));
         }
     }
-    double range = pow(10, -c->config->dynamic_range / 10);
+    double range = pow(10, -c->config->dynamic_range / 10), lowest = INFINITY;
+    for (size_t f = 0; f < F; f++) lowest = lesser(lowest, 2 * M_PI * c->config->frequencies[f] / path_wave_speed(c->scene));
     size_t kept = 0;
     for (size_t i = 0; i < n; i++) {
         bool keep = false;
@@ -63,6 +64,12 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(power(pair->gain[i * F + f]));
         if (!keep) continue;
         work->boundary_paths += pair->paths.items[i].weight < 1;
+        work->cornered_paths += pair->paths.items[i].weight < 0.5;
+        if (c->config->diffractions > 3) {
+            KellerPath p;
+            path_list_get(&pair->paths, i, &p);
+            work->crowded_paths += path_crowded(c->scene, &p, t->position, lowest);
+        }
         if (kept != i) {
             pair->paths.items[kept] = pair->paths.items[i];
             memcpy(&pair->gain[kept * F], &pair->gain[i * F], F * sizeof *pair->gain);
@@ -218,8 +225,13 @@ void coverage_cell(KellerCoverage *c, size_t cell, double speed, const PairResul
     if (n == 0) return;
     for (size_t f = 0; f < F; f++) {
         double complex sum = 0;
-        for (size_t i = 0; i < n; i++) sum += pair->gain[i * F + f];
-        c->path_gain[f * cells + cell] = power(sum);
+        double scattered = 0;
+        for (size_t i = 0; i < n; i++) {
+            double complex g = pair->gain[i * F + f];
+            if (pair->paths.items[i].patch > 0) scattered += power(g);
+            else sum += g;
+        }
+        c->path_gain[f * cells + cell] = power(sum) + scattered;
     }
     double total = 0, mean = 0, spread = 0, most = -1, at = 0;
     for (size_t i = 0; i < n; i++) {

@@ -4,6 +4,7 @@
 
 #include "path/cascade.h"
 #include "path/field.h"
+#include "path/scatter.h"
 
 KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count, const double *frequencies,
                                 KellerMedium **media, KellerError *error)
@@ -55,7 +56,8 @@ static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec
     }
     for (int j = 0; j < 2; j++)
         for (int a = 0; a < 4; a++) {
-            wave->chain.whole[j][a] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a]);
+            for (int b = 0; b < (wave->chain.edge.edges > 1 ? 4 : 1); b++)
+                wave->chain.whole[j][a][b] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a][b]);
             wave->chain.rest[j][a] = through(medium, f->normal, in, wave->k, wave->chain.rest[j][a]);
         }
 }
@@ -80,6 +82,26 @@ static void diffract(const KellerScene *scene, const KellerPath *path, const Pat
     wave->chained = true;
 }
 
+/* Two waves at a patch that scatters step i of the path. */
+static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t i, const KellerMedium *media, Wave *wave)
+{
+    const KellerFace *f = &scene->faces[path->step[i].id];
+    double phase[2];
+    patch_phase(path->position[i], phase);
+    for (int j = 0; j < 2; j++)
+        wave->e[j] = keller_scatter_field(&media[f->material], f->normal, path->leg[i], path->leg[i + 1], path->patch, phase, wave->k,
+                                          wave->e[j]);
+}
+
+/* 1/m: of a path that is scattered, from the source to the patch and from there on. */
+static double scattered_spreading(const KellerPath *path, KellerVec3 tx)
+{
+    uint32_t i = 0;
+    while (path->step[i].kind != KELLER_SCATTERING) i++;
+    double before = v3_distance(tx, path->position[i]);
+    return 1 / (before * (path->length - before));
+}
+
 /* The transfer matrix but for weight, air and phase; false where it is zero. */
 static bool carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
                   const KellerMedium *media, double complex transfer[4])
@@ -90,13 +112,16 @@ static bool carry(const KellerScene *scene, const KellerPath *path, const PathEd
     keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
     Cascade cascade;
     Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
-    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
+    double spreading = path->patch > 0 ? scattered_spreading(path, tx)
+                                       : edges->weight * path_cascade(scene, path, edges, tx, &cascade);
     uint32_t number = 0;
     for (uint32_t i = 0; i < path->count; i++) {
         const KellerStep *step = &path->step[i];
         if (step->kind == KELLER_DIFFRACTION) {
             diffract(scene, path, &edges->edge[number], number, &cascade, media, &wave);
             i = edges->edge[number++].end;
+        } else if (step->kind == KELLER_SCATTERING) {
+            scatter(scene, path, i, media, &wave);
         } else {
             meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
         }

@@ -102,7 +102,7 @@ typedef struct {
 } PathNode;
 
 typedef struct {
-    double length, weight, part[2];
+    double length, weight, patch, part[2];
     size_t begin;               /* into the nodes: count + 1 of them */
     uint32_t count;
 } PathItem;
@@ -119,7 +119,7 @@ typedef struct {
 bool path_list_push(PathList *list, const KellerPath *path);
 bool path_list_append(PathList *to, const PathList *from);
 void path_list_get(const PathList *list, size_t index, KellerPath *path);
-/* By length, then by the steps. */
+/* By length, then by the steps, then by where they are. */
 void path_list_sort(PathList *list);
 void path_list_free(PathList *list);
 

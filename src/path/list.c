@@ -25,7 +25,7 @@ bool path_list_push(PathList *list, const KellerPath *path)
     PathNode *node = &list->nodes[list->node_count];
     for (uint32_t i = 0; i < n; i++) node[i] = (PathNode){path->leg[i], path->position[i], path->step[i], path->triangle[i], path->free_end[i]};
     node[n] = (PathNode){.leg = path->leg[n]};
-    list->items[list->count++] = (PathItem){path->length, path->weight, {path->part[0], path->part[1]}, list->node_count, n};
+    list->items[list->count++] = (PathItem){path->length, path->weight, path->patch, {path->part[0], path->part[1]}, list->node_count, n};
     list->node_count += n + 1;
     return true;
 }
@@ -38,6 +38,7 @@ void path_list_get(const PathList *list, size_t index, KellerPath *path)
     path->length = item->length;
     path->weight = item->weight;
     for (int i = 0; i < 2; i++) path->part[i] = item->part[i];
+    path->patch = item->patch;
     for (uint32_t i = 0; i < item->count; i++) {
         path->leg[i] = node[i].leg;
         path->position[i] = node[i].position;
@@ -82,6 +83,11 @@ static int compare(const void *pa, const void *pb, void *context)
         KellerStep s = nodes[a->begin + i].step, t = nodes[b->begin + i].step;
         if (s.kind != t.kind) return s.kind < t.kind ? -1 : 1;
         if (s.id != t.id) return s.id < t.id ? -1 : 1;
+        if (s.kind != KELLER_SCATTERING) continue;
+        /* patches of one face, as symmetry has it */
+        KellerVec3 p = nodes[a->begin + i].position, q = nodes[b->begin + i].position;
+        double d = p.x != q.x ? p.x - q.x : p.y != q.y ? p.y - q.y : p.z - q.z;
+        if (d != 0) return d < 0 ? -1 : 1;
     }
     return (a->part[0] > b->part[0]) - (a->part[0] < b->part[0]);
 }

@@ -186,6 +186,7 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
     /* validity, cheap things first */
     path->weight = 1;
     path->part[0] = path->part[1] = 0;
+    path->patch = 0;
     bool border[KELLER_MAX_BENDS] = {false};
     KellerVec3 at[KELLER_MAX_BENDS]; /* where a reflection is to be looked up in its face */
     double walked = 0;

@@ -50,4 +50,8 @@ bool path_runs_along_border(const KellerScene *scene, const KellerAccel *accel, 
 bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
                          const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
                          KellerAccelWork *work);
+
+/* *whole: the path with the slabs on its legs as steps among the others. Together they are at most KELLER_MAX_INTERACTIONS. */
+void path_insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,
+                 KellerPath *whole);
 #endif

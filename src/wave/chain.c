@@ -1,6 +1,9 @@
 #include "wave/chain.h"
 
+#include <string.h>
+
 #include "wave/dyad.h"
+#include "wave/triple.h"
 
 /* Derivatives of the angles to the poles by the azimuth of the diffracted ray and of the incident one. */
 static const int by_phi[4] = {1, -1, 1, -1}, by_phi_incident[4] = {-1, 1, 1, -1};
@@ -14,7 +17,9 @@ static KellerCVec3 plus(KellerCVec3 a, double complex factor, KellerCVec3 b)
 
 void chain_edge(double n, double phi, double phi_incident, double sin_beta0, double distance, double k, ChainEdge *e)
 {
+    memset(e, 0, sizeof *e);
     e->k = k;
+    e->edges = 1;
     e->L = fmax(distance, smallest_distance) * sin_beta0 * sin_beta0;
     utd_terms(n, phi, phi_incident, sin_beta0, k, e->L, e->term);
     for (int a = 0; a < 4; a++) pair_side(e->term[a].x, &e->side[a]);
@@ -32,21 +37,27 @@ void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Ch
     Matrix matrix[4];
     describe(wedge, &rays, place.distance, k, &c->edge);
     dyad_matrices(wedge, &rays, CHAIN_BLEND, k, matrix);
+    memset(c->whole, 0, sizeof c->whole);
+    memset(c->rest, 0, sizeof c->rest);
     for (int j = 0; j < 2; j++)
-        for (int a = 0; a < 4; a++) {
-            c->whole[j][a] = dyad_apply(&rays, &matrix[a], e[j]);
-            c->rest[j][a] = (KellerCVec3){0, 0, 0};
-        }
+        for (int b = 0; b < 4; b++) c->whole[j][b][0] = dyad_apply(&rays, &matrix[b], e[j]);
 }
 
-ChainPair chain_pair(const ChainEdge *before, int a, const ChainEdge *here, int b, double coupling)
+/* A term of the edge before with one of this edge. */
+typedef struct {
+    double complex ratio;       /* of the pair's transition function to both edges' own */
+    double complex more;        /* what the product of the two values times the ratio lacks */
+    double r;                   /* the coupling, positive where both angles have the signs that it has for */
+} Pair;
+
+static Pair pair_of(const ChainEdge *before, int a, const ChainEdge *here, int b, double coupling)
 {
     const UtdTerm *s = &before->term[a], *t = &here->term[b];
     double r = by_phi[a] * by_phi_incident[b] * coupling;
     double complex same, opposite;
     pair_values(&before->side[a], &here->side[b], fabs(r), &same, &opposite);
     bool alike = r * s->side * t->side >= 0;
-    ChainPair p = {alike ? same : opposite, 0};
+    Pair p = {alike ? same : opposite, 0, alike ? fabs(r) : -fabs(r)};
     /* the pair's function knows of the coefficients' slopes only what comes from the poles */
     p.more = -I * r / (before->k * sqrt(before->L * here->L)) * (s->slope * t->slope - s->pole_slope * t->pole_slope);
     if (s->on_boundary || t->on_boundary) {
@@ -58,34 +69,76 @@ ChainPair chain_pair(const ChainEdge *before, int a, const ChainEdge *here, int 
     return p;
 }
 
+/* What the two pairs of three edges in a row do not know of each other: the transition function of all three over the product of
+ * those of the pairs, by the terms a and c of the outer ones and b of the middle one. 1 next to exact boundaries, where the means of
+ * both sides stand for the pairs, and where edges that are askew are coupled other than by way of the middle one. */
+static void triples_of(const ChainEdge *before, int b, const ChainEdge *here, const double r23[4], const double complex ratio[4],
+                       double complex more[4][4])
+{
+    double x1[4], x3[4], r12[4];
+    bool plain = before->edges > 1 && !before->term[b].on_boundary;
+    for (int a = 0; a < 4; a++) {
+        x1[a] = before->before[a].x;
+        r12[a] = before->coupling[a][b];
+        x3[a] = here->term[a].x;
+        for (int c = 0; c < 4; c++) more[a][c] = 1;
+    }
+    if (!plain || r12[0] == 0 || r23[0] == 0 || !(r12[0] * r12[0] + r23[0] * r23[0] < 1)) return;
+    double complex value[4][4];
+    triple_values(x1, before->term[b].x, x3, r12, r23, value);
+    for (int a = 0; a < 4; a++)
+        for (int c = 0; c < 4; c++)
+            if (!before->before[a].on_boundary && !here->term[c].on_boundary)
+                more[a][c] = value[a][c] / (before->ratio[a][b] * ratio[c]);
+}
+
+void chain_link(const ChainEdge *before, double coupling, ChainEdge *here, ChainLink *link)
+{
+    here->edges = before->edges + 1;
+    memcpy(here->before, before->term, sizeof here->before);
+    for (int b = 0; b < 4; b++) {
+        for (int n = 0; n < 4; n++) {
+            Pair p = pair_of(before, b, here, n, coupling);
+            here->coupling[b][n] = p.r;
+            here->ratio[b][n] = link->ratio[b][n] = p.ratio;
+            link->more[b][n] = p.more;
+        }
+        triples_of(before, b, here, here->coupling[b], here->ratio[b], link->triple[b]);
+    }
+}
+
 void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *c)
 {
     EdgeRays rays = dyad_rays(wedge, in, out);
     Matrix matrix[4];
     Chain before = *c;
-    double k = c->edge.k;
-    describe(wedge, &rays, place.distance, k, &c->edge);
-    dyad_matrices(wedge, &rays, CHAIN_BLEND, k, matrix);
-    for (int b = 0; b < 4; b++) {
-        KellerCVec3 whole[2] = {{0, 0, 0}, {0, 0, 0}}, rest[2] = {{0, 0, 0}, {0, 0, 0}};
-        for (int a = 0; a < 4; a++) {
-            ChainPair p = chain_pair(&before.edge, a, &c->edge, b, place.coupling);
-            for (int j = 0; j < 2; j++) {
-                whole[j] = plus(whole[j], p.ratio * chain_value(&before.edge.term[a]), before.whole[j][a]);
-                whole[j] = plus(whole[j], p.ratio, before.rest[j][a]);
-                rest[j] = plus(rest[j], p.more, before.whole[j][a]);
+    ChainLink link;
+    describe(wedge, &rays, place.distance, before.edge.k, &c->edge);
+    chain_link(&before.edge, place.coupling, &c->edge, &link);
+    dyad_matrices(wedge, &rays, CHAIN_BLEND, before.edge.k, matrix);
+    KellerCVec3 rest[2][4];
+    memset(rest, 0, sizeof rest);
+    for (int j = 0; j < 2; j++)
+        for (int n = 0; n < 4; n++) {
+            for (int b = 0; b < 4; b++) {
+                double complex value = chain_value(&before.edge.term[b]);
+                KellerCVec3 whole = plus((KellerCVec3){0, 0, 0}, link.ratio[b][n], before.rest[j][b]);
+                for (int a = 0; a < 4; a++) {
+                    whole = plus(whole, link.ratio[b][n] * link.triple[b][a][n] * value, before.whole[j][b][a]);
+                    rest[j][n] = plus(rest[j][n], link.more[b][n], before.whole[j][b][a]);
+                }
+                c->whole[j][n][b] = dyad_apply(&rays, &matrix[n], whole);
             }
+            c->rest[j][n] = dyad_apply(&rays, &matrix[n], rest[j][n]);
         }
-        for (int j = 0; j < 2; j++) {
-            c->whole[j][b] = dyad_apply(&rays, &matrix[b], whole[j]);
-            c->rest[j][b] = dyad_apply(&rays, &matrix[b], rest[j]);
-        }
-    }
 }
 
 KellerCVec3 chain_field(const Chain *c, int wave)
 {
     KellerCVec3 e = {0, 0, 0};
-    for (int a = 0; a < 4; a++) e = plus(plus(e, chain_value(&c->edge.term[a]), c->whole[wave][a]), 1, c->rest[wave][a]);
+    for (int b = 0; b < 4; b++) {
+        for (int a = 0; a < 4; a++) e = plus(e, chain_value(&c->edge.term[b]), c->whole[wave][b][a]);
+        e = plus(e, 1, c->rest[wave][b]);
+    }
     return e;
 }

@@ -16,23 +16,29 @@ typedef struct {
 
 /* ---- of any wave -------------------------------------------------------------------------------------------------- */
 
-/* An edge in a chain: its terms, and what an edge behind it needs of them. */
+/* The last edge of a chain: its terms, and what an edge behind it needs of them. */
 typedef struct {
     UtdTerm term[4];
     PairSide side[4];
     double L, k;
+    uint32_t edges;             /* so far */
+    UtdTerm before[4];          /* of the edge before, if there is one; with it */
+    double coupling[4][4];      /* [a][b]: r, as keller_edge_pair has it */
+    double complex ratio[4][4]; /* the pairs' transition functions, to both edges' own */
 } ChainEdge;
 
-/* Azimuths as in keller_utd_terms; `distance` as in ChainPlace, m. */
+/* The first edge. Azimuths as in keller_utd_terms; `distance` as in ChainPlace, m. */
 void chain_edge(double n, double phi, double phi_incident, double sin_beta0, double distance, double k, ChainEdge *edge);
 
-/* Term a of the edge before with term b of this edge. */
+/* From edge to edge, by the terms of the last one (c), the one before (b) and the one before that (a). */
 typedef struct {
-    double complex ratio;       /* of the pair's transition function to both edges' own */
-    double complex more;        /* what the product of the two values times the ratio lacks */
-} ChainPair;
+    double complex ratio[4][4];     /* [b][c]: of the pair's transition function to both edges' own */
+    double complex triple[4][4][4]; /* [b][a][c]: of that of three edges to those of the pairs */
+    double complex more[4][4];      /* [b][c]: what the product of the two values times the ratio lacks */
+} ChainLink;
 
-ChainPair chain_pair(const ChainEdge *before, int a, const ChainEdge *here, int b, double coupling);
+/* Puts an edge, which chain_edge has filled, behind another. */
+void chain_link(const ChainEdge *before, double coupling, ChainEdge *edge, ChainLink *link);
 
 /* A term's value behind the last edge: on a boundary its mean, 0. */
 static inline double complex chain_value(const UtdTerm *term) { return term->on_boundary ? 0 : term->value; }
@@ -43,11 +49,12 @@ static inline double complex chain_value(const UtdTerm *term) { return term->on_
 
 /* ---- of waves with two components ---------------------------------------------------------------------------------- */
 
-/* The fields of two waves (j) behind the last edge so far, by the term (a) of its coefficient: term[a].value times whole[j][a],
- * plus rest[j][a]. Between edges each of these vectors is to be taken through what the wave meets there. */
+/* The fields of two waves (j) behind the last edge so far, by the term (b) of its coefficient and the one (a) of the edge before:
+ * term[b].value times the sum of whole[j][b][a], plus rest[j][b]. Between edges each of these vectors is to be taken through what the
+ * wave meets there. */
 typedef struct {
     ChainEdge edge;
-    KellerCVec3 whole[2][4], rest[2][4];
+    KellerCVec3 whole[2][4][4], rest[2][4];
 } Chain;
 
 /* The first edge: unit directions `in` and `out`, incident fields e (transverse to `in`). No spreading. */
@@ -64,7 +71,7 @@ KellerCVec3 chain_field(const Chain *chain, int wave);
 /* The same for a pressure that is 1 before the first edge. */
 typedef struct {
     ChainEdge edge;
-    double complex whole[4], rest[4];
+    double complex whole[4][4], rest[4];
 } SoundChain;
 
 void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundChain *chain);

@@ -24,3 +24,10 @@ double complex descent_integral(double complex (*f)(const void *context, double 
                 sum += weight[i] * f(context, from + (to - from) * (p + 0.5 + 0.5 * side * node[i]) / PANELS);
     return sum * (0.5 * (to - from) / PANELS);
 }
+
+void descent_nodes(double from, double to, void (*add)(void *context, double s, double weight), void *context)
+{
+    double half = 0.5 * (to - from), middle = 0.5 * (to + from);
+    for (int i = 0; i < HALF; i++)
+        for (int side = -1; side <= 1; side += 2) add(context, middle + side * half * node[i], half * weight[i]);
+}

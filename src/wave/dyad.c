@@ -42,7 +42,7 @@ static Matrix face_matrix(const KellerWedgeWave *wedge, int face, double angle, 
                           double sin_beta0, double cos_beta0, double k)
 {
     const KellerMedium *medium = &wedge->medium[face];
-    if (medium->conductor && !(medium->roughness > 0)) return (Matrix){{{-1, 0}, {0, 1}}};
+    if (medium->conductor && !(medium->roughness > 0 || medium->diffuse.coefficient > 0)) return (Matrix){{{-1, 0}, {0, 1}}};
     double psi = face == 0 ? angle : wedge->n * M_PI - angle;
     double coefficient_psi = face == 0 ? coefficient_angle : wedge->n * M_PI - coefficient_angle;
     double c = cos(psi), g = cos_beta0 * sin(psi), sine2 = c * c + g * g;

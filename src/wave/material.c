@@ -142,7 +142,8 @@ KellerStatus keller_medium(const KellerMaterial *material, double frequency, Kel
 {
     assert(frequency > 0);
     const char *name = material->name ? material->name : "";
-    *medium = (KellerMedium){.eta = 1, .thickness = material->thickness, .roughness = material->roughness};
+    *medium = (KellerMedium){.eta = 1, .thickness = material->thickness, .roughness = material->roughness,
+                             .diffuse = material->diffuse};
     KellerStatus status = KELLER_OK;
 
     switch (material->kind) {

@@ -114,6 +114,11 @@ void keller_reflection(const KellerMedium *medium, double cos_incidence, double 
         r[0] *= coherent;
         r[1] *= coherent;
     }
+    if (medium->diffuse.coefficient > 0) {
+        double left = sqrt(1 - medium->diffuse.coefficient * medium->diffuse.coefficient);
+        r[0] *= left;
+        r[1] *= left;
+    }
     *te = r[0];
     *tm = r[1];
 }

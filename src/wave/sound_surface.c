@@ -1,5 +1,6 @@
 /* What surfaces and edges do to sound. The uniform theory's terms are those of keller_utd_terms; a rigid wedge is the hard one of
  * Kouyoumjian and Pathak, and the faces' coefficients enter as in diffraction.c, where waves have two components instead of one. */
+#include <string.h>
 #include "keller/sound.h"
 #include "wave/azimuth.h"
 #include "wave/chain.h"
@@ -113,23 +114,31 @@ void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 o
 {
     Rays r = rays_of(wedge, in, out);
     chain_edge(wedge->n, r.phi, r.phi_in, r.sin_beta0, place.distance, k, &c->edge);
-    term_factors(&r, CHAIN_BLEND, c->whole);
-    for (int a = 0; a < 4; a++) c->rest[a] = 0;
+    double complex factor[4];
+    term_factors(&r, CHAIN_BLEND, factor);
+    memset(c->whole, 0, sizeof c->whole);
+    memset(c->rest, 0, sizeof c->rest);
+    for (int b = 0; b < 4; b++) c->whole[b][0] = factor[b];
 }
 
 void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, SoundChain *c)
 {
     Rays r = rays_of(wedge, in, out);
     SoundChain before = *c;
+    ChainLink link;
     double complex factor[4];
     chain_edge(wedge->n, r.phi, r.phi_in, r.sin_beta0, place.distance, before.edge.k, &c->edge);
+    chain_link(&before.edge, place.coupling, &c->edge, &link);
     term_factors(&r, CHAIN_BLEND, factor);
-    for (int b = 0; b < 4; b++) {
-        c->whole[b] = c->rest[b] = 0;
-        for (int a = 0; a < 4; a++) {
-            ChainPair p = chain_pair(&before.edge, a, &c->edge, b, place.coupling);
-            c->whole[b] += factor[b] * p.ratio * (chain_value(&before.edge.term[a]) * before.whole[a] + before.rest[a]);
-            c->rest[b] += factor[b] * p.more * before.whole[a];
+    for (int n = 0; n < 4; n++) {
+        c->rest[n] = 0;
+        for (int b = 0; b < 4; b++) {
+            double complex whole = before.rest[b], value = chain_value(&before.edge.term[b]);
+            for (int a = 0; a < 4; a++) {
+                whole += link.triple[b][a][n] * value * before.whole[b][a];
+                c->rest[n] += factor[n] * link.more[b][n] * before.whole[b][a];
+            }
+            c->whole[n][b] = factor[n] * link.ratio[b][n] * whole;
         }
     }
 }
@@ -137,6 +146,9 @@ void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 ou
 double complex sound_chain_pressure(const SoundChain *c)
 {
     double complex p = 0;
-    for (int a = 0; a < 4; a++) p += chain_value(&c->edge.term[a]) * c->whole[a] + c->rest[a];
+    for (int b = 0; b < 4; b++) {
+        for (int a = 0; a < 4; a++) p += chain_value(&c->edge.term[b]) * c->whole[b][a];
+        p += c->rest[b];
+    }
     return p;
 }

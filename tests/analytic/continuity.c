@@ -221,7 +221,7 @@ void continuity_measure(Jump jumps[CONTINUITY_KINDS])
         {"shadow of an edge behind an edge", two_screens(0, false), smooth},
         {"shadow of an edge behind an edge: sloping", fmax(two_screens(0.3, false), two_screens(0.3, true)), smooth},
         {"reflection behind an edge", plate_behind(), smooth},
-        {"shadow of a third edge", three_screens(), INFINITY},
+        {"shadow of a third edge", three_screens(), smooth},
         {"shadow: concrete slab passed through", fan_jump(1, plate, CONCRETE, 0.05, 70, 240, 260, 1, 1, "T"), smooth},
         {"shadow: concrete house passed through", fan_jump(2, corner, CONCRETE, 0.05, 40, 210, 230, 0, 2, "TT"), smooth},
         {"end of an edge", edge_end(), smooth},

@@ -73,7 +73,7 @@ double complex knife_total(const Knife *g, int paths[4])
     return sum / free_space;
 }
 
-double complex knife_row(int edges, double spacing, double frequency)
+double complex knife_row(int edges, double spacing, double frequency, uint64_t *crowded)
 {
     const double hair = 1e-8; /* rad */
     KellerVec3 tx = v3(0, 0, 0), rx = v3((edges + 1) * spacing, 0, 0);
@@ -91,6 +91,7 @@ double complex knife_row(int edges, double spacing, double frequency)
         for (uint32_t j = 0; j < p->count; j++) upper = upper && v3_distance(p->position[j], v3((j + 1) * spacing, 0, 0)) < 1e-3;
         if (upper) sum += 0.5 * (p->transfer[0][0] - p->transfer[0][3]);
     }
+    if (crowded) *crowded = found.work.crowded_paths;
     found_free(&found);
     keller_scene_free(&scene);
     soup_release(&soup);

@@ -2,6 +2,7 @@
 #ifndef KNIFE_SCENE_H
 #define KNIFE_SCENE_H
 #include <complex.h>
+#include <stdint.h>
 #include "../truth/table.h"
 
 /* Two edges across the way from a source to a receiver, paraxial. Lengths in m, angles in rad, Hz. */
@@ -22,6 +23,6 @@ Knife knife_of_row(const Table *t);
  * components. paths (may be NULL) counts them: direct, over the first, over the second, over both. */
 double complex knife_total(const Knife *g, int paths[4]);
 /* The same for the one path over all of `edges` (<= 4) screens `spacing` m apart, source and receiver as far from the first and the
- * last, each of which turns it by a hair: at grazing. */
-double complex knife_row(int edges, double spacing, double frequency);
+ * last, each of which turns it by a hair: at grazing. *crowded (may be NULL): paths that the run says are beyond its formulas. */
+double complex knife_row(int edges, double spacing, double frequency, uint64_t *crowded);
 #endif

@@ -101,6 +101,96 @@ static void far_out(void **state)
     }
 }
 
+/* ---- three edges -------------------------------------------------------------------------------------------------- */
+
+static double complex triple_whole(double x1, double x2, double x3, double r12, double r23)
+{
+    return keller_edge_triple(x1, x2, x3, r12, r23) * one(x1) * one(x2) * one(x3);
+}
+
+/* At grazing all x are 0, and what is left is the share of a normal distribution of three variables in an octant: with the
+ * correlations rho of the inverse of the matrix (1, -r12, 0; -r12, 1, -r23; 0, -r23, 1), 1/8 + the sum of asin(rho)/4 pi. */
+static void three_at_grazing(void **state)
+{
+    (void)state;
+    for (double r12 = -0.9; r12 < 1; r12 += 0.17)
+        for (double r23 = -0.95; r23 < 1; r23 += 0.19) {
+            double rest = 1 - r12 * r12 - r23 * r23;
+            if (!(rest > 1e-3)) continue;
+            double v1 = 1 - r23 * r23, v3 = 1 - r12 * r12; /* the inverse, times rest */
+            double sum = asin(r12 / sqrt(v1)) + asin(r23 / sqrt(v3)) + asin(r12 * r23 / sqrt(v1 * v3));
+            double expected = pow(2 * M_PI, 1.5) / sqrt(rest) * (0.125 + sum / (4 * M_PI));
+            double off = cabs(triple_whole(0, 0, 0, r12, r23) / expected - 1);
+            if (!(off < 1e-10)) fail_msg("r %g %g: off by %g", r12, r23, off);
+        }
+}
+
+/* On the middle edge's boundary both signs together leave it out: what is left are the outer edges with each other. */
+static void without_the_middle(void **state)
+{
+    (void)state;
+    static const double rs[] = {-0.7, -0.2, 0.4, 0.69};
+    double worst = 0;
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++)
+            for (int k = 0; k < 16; k++) {
+                double r12 = rs[k / 4], r23 = rs[k % 4], x1 = xs[i], x3 = xs[j], a = sqrt(1 - r12 * r12), b = sqrt(1 - r23 * r23);
+                double complex both = triple_whole(x1, 0, x3, r12, r23) + triple_whole(x1, 0, x3, -r12, -r23);
+                double complex pair = keller_edge_pair(x1 / a, x3 / b, r12 * r23 / (a * b)) * one(x1 / a) * one(x3 / b);
+                worst = fmax(worst, cabs(both / (sqrt(2 * M_PI) / (a * b) * pair) - 1));
+            }
+    print_message("# the middle edge left out: %.1e\n", worst);
+    assert_true(worst < 1e-9);
+}
+
+/* A brute sum over the octant, 2 cells of 5 nodes a unit. */
+static double complex octant(double x1, double x2, double x3, double r12, double r23)
+{
+    enum { CELLS = 22 };
+    double x[3] = {x1, x2, x3}, size[3], at[3][5 * CELLS], w[3][5 * CELLS];
+    for (int i = 0; i < 3; i++) {
+        double curve = 1 - fmax(0, fmax(r12, 0) * (i < 2) + fmax(r23, 0) * (i > 0)), slope = M_SQRT1_2 * x[i];
+        size[i] = 2 * 23 / (slope + sqrt(slope * slope + 2 * 23 * curve)) / CELLS;
+        for (int n = 0; n < 5 * CELLS; n++) {
+            at[i][n] = size[i] * (n / 5 + 0.5 + 0.5 * node[n % 5]);
+            w[i][n] = 0.5 * size[i] * weight[n % 5];
+        }
+    }
+    double complex sum = 0;
+    for (int l = 0; l < 5 * CELLS; l++)
+        for (int m = 0; m < 5 * CELLS; m++)
+            for (int n = 0; n < 5 * CELLS; n++) {
+                double s = at[0][l], t = at[1][m], u = at[2][n];
+                sum += w[0][l] * w[1][m] * w[2][n] *
+                       cexp(-0.5 * (s * s + t * t + u * u) + r12 * s * t + r23 * t * u - turn * (x1 * s + x2 * t + x3 * u));
+            }
+    return sum;
+}
+
+static void three_by_brute_force(void **state)
+{
+    (void)state;
+    static const double cases[4][5] = {{0.4, 1.2, 0.1, 0.3, 0.4}, {3, 0.5, 2, -0.6, 0.35}, {0, 4, 1, -0.5, -0.5}, {1, 1, 6, 0.45, -0.4}};
+    for (int i = 0; i < 4; i++) {
+        const double *c = cases[i];
+        double off = cabs(triple_whole(c[0], c[1], c[2], c[3], c[4]) / octant(c[0], c[1], c[2], c[3], c[4]) - 1);
+        if (!(off < 1e-8)) fail_msg("case %d: off by %g", i, off);
+    }
+}
+
+/* No coupling on one side is a pair; the other way round is the same. */
+static void three_and_two(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++)
+            for (double r = -0.95; r < 1; r += 0.31) {
+                assert_true(cabs(keller_edge_triple(xs[i], xs[j], 1.3, r, 0) / keller_edge_pair(xs[i], xs[j], r) - 1) < 1e-9);
+                double complex a = keller_edge_triple(xs[i], xs[j], 1.3, r, 0.3), b = keller_edge_triple(1.3, xs[j], xs[i], 0.3, r);
+                assert_true(cabs(a / b - 1) < 1e-12);
+            }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -108,6 +198,10 @@ int main(void)
         cmocka_unit_test(against_the_double_edge),
         cmocka_unit_test(exchanged),
         cmocka_unit_test(far_out),
+        cmocka_unit_test(three_at_grazing),
+        cmocka_unit_test(without_the_middle),
+        cmocka_unit_test(three_by_brute_force),
+        cmocka_unit_test(three_and_two),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

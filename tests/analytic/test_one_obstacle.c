@@ -69,13 +69,15 @@ typedef struct {
     double shadow[2], lit[2];
 } Difference;
 
-static Difference against_screen(double thickness)
+enum { SOURCES = 5 };
+static const double sources[SOURCES] = {30, 60, 90, 120, 150};
+
+static Difference against_screen(const Around screen[SOURCES], double thickness)
 {
-    static const double sources[] = {30, 60, 90, 120, 150};
     Difference d = {{0}, {0}};
-    KellerScene screen = obstacle(0), other = obstacle(thickness);
-    for (size_t s = 0; s < sizeof sources / sizeof *sources; s++) {
-        Around a = field_around(&screen, sources[s]), b = field_around(&other, sources[s]);
+    KellerScene other = obstacle(thickness);
+    for (size_t s = 0; s < SOURCES; s++) {
+        Around a = screen[s], b = field_around(&other, sources[s]);
         for (int i = 0; i < RECEIVERS; i++) {
             double free_field = wave / (4 * M_PI * 22);
             bool dark = azimuth_of(i) > 180 + sources[s];
@@ -87,7 +89,6 @@ static Difference against_screen(double thickness)
             }
         }
     }
-    keller_scene_free(&screen);
     keller_scene_free(&other);
     return d;
 }
@@ -96,9 +97,13 @@ static void three_models(void **state)
 {
     (void)state;
     static const double thickness[] = {-1, 0.01, 0.03, 0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 1}; /* of the wavelength; -1: the wedge */
+    Around screen[SOURCES];
+    KellerScene thin = obstacle(0);
+    for (size_t s = 0; s < SOURCES; s++) screen[s] = field_around(&thin, sources[s]);
+    keller_scene_free(&thin);
     for (size_t i = 0; i < sizeof thickness / sizeof *thickness; i++) {
         double t = thickness[i];
-        Difference d = against_screen(t * wave);
+        Difference d = against_screen(screen, t * wave);
         print_message("# %s %g: shadow E %.2f H %.2f dB, lit E %.2f H %.2f dB\n", t < 0 ? "wedge" : "box", t, d.shadow[0], d.shadow[1],
                       d.lit[0], d.lit[1]);
         double bound = t < 0 ? 0.5 : 1;

@@ -409,7 +409,7 @@ def test_h5py_reads_every_dataset(folder, shared):
             "sets/shape": ("u4", (S, 2), None),
             "materials/name": (str, (M,), None), "materials/permittivity": ("f8", (M, F), "1"),
             "materials/conductivity": ("f8", (M, F), "S/m"), "materials/thickness": ("f8", (M,), "m"),
-            "materials/conductor": ("?", (M,), None),
+            "materials/conductor": ("?", (M,), None), "materials/scattering": ("f8", (M,), "1"),
             "scene/vertices": ("f8", (V, 3), "m"), "scene/triangles": ("u4", (N, 3), None),
             "scene/face": ("u4", (N,), None), "scene/material": ("u2", (N,), None), "scene/object": ("u2", (N,), None),
             "scene/source": ("u4", (N,), None), "scene/objects": (str, (O,), None),
@@ -442,7 +442,8 @@ def test_h5py_reads_every_dataset(folder, shared):
             data[()]
         for name in ["time_configuration", "time_read", "time_scene", "time_accelerator", "time_simulation", "time_total"]:
             assert f["statistics"][name].shape == () and f["statistics"][name].attrs["units"] == "s", name
-        for name in ["cones_traced", "nodes_visited", "triangles_visited", "candidates", "valid_paths", "threads"]:
+        for name in ["cones_traced", "nodes_visited", "triangles_visited", "candidates", "valid_paths", "threads", "boundary_paths",
+                     "cornered_paths", "crowded_paths", "edges_as_one", "complete_scattering"]:
             assert f["statistics"][name].attrs["units"] == "1", name
         orders = {"reflections": 0, "diffractions": 0, "transmissions": 0, "interactions": 0}
         for name in orders:
@@ -532,6 +533,42 @@ def test_waves_pass_through_walls(folder, shared):
         for verb in ["check", "run"]:
             expect(keller(verb, "small.xml", "--force", cwd=folder) if verb == "run" else keller(verb, "small.xml", cwd=folder),
                    BAD_INPUT, f"small.xml:{paths}: ", *words)
+
+
+def test_walls_scatter_when_asked(folder, shared):
+    """A floor of 40 m by 40 m has 64 patches of 5 m, a wall of 10 m by 3 m two: a path by each that both ends see over the wall."""
+    write_inputs(folder)
+    plain = (folder / "small.xml").read_text()
+    rough = plain.replace('itu="concrete"/>', 'itu="concrete" scattering="0.6"/>')
+    asked = rough.replace('interactions="2"', 'interactions="2" scattering="1" patch="5 m"')
+    rows = {}
+    for name, text in [("plain", plain), ("rough", rough), ("asked", asked)]:
+        (folder / "small.xml").write_text(text)
+        expect(keller("run", "small.xml", "--force", "-q", cwd=folder), DONE)
+        rows[name] = json.loads(expect(keller("paths", "small.h5", "--tx", "tx1", "--rx", "rx1", "--format", "json",
+                                              cwd=folder), DONE).stdout)["paths"]
+    scattered = [row for row in rows["asked"] if row["sequence"].startswith("S")]
+    others = [row for row in rows["asked"] if not row["sequence"].startswith("S")]
+    assert others == rows["rough"] and len(rows["plain"]) == len(rows["rough"])
+
+    def seen(end, x, y):
+        """From (x, y, 0), past the wall, y = 4, -5 to 5 in x and 3 m high."""
+        part = (y - 4) / (y - end[1])
+        return y < 4 or abs(x + part * (end[0] - x)) > 5 or part * end[2] > 3
+
+    middles = [(x / 2, y / 2) for x in range(-35, 40, 10) for y in range(-35, 40, 10)]
+    floor = [p for p in middles if seen((-3, 0, 2), *p) and seen((2, -1, 1.5), *p)]
+    assert 30 < len(floor) < 64 and len(scattered) == len(floor) + 2, (len(scattered), len(floor))
+    assert "scattering" in expect(keller("check", "small.xml", cwd=folder), DONE).stdout
+    expect(keller("run", "small.xml", "--force", cwd=folder), DONE)
+    try:
+        import h5py
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    with h5py.File(folder / "small.h5", "r") as f:
+        kind, triangle, wedge = (f["interactions"][name][()] for name in ["kind", "triangle", "wedge"])
+        assert (kind == 3).sum() > 60 and (triangle[kind == 3] != 0xffffffff).all() and (wedge[kind == 3] == 0xffffffff).all()
+        assert f["materials/scattering"][0] == 0.6 and f["statistics/complete_scattering"][()] == 1
 
 
 def test_results_are_the_same_bytes_but_for_the_times(folder, shared):

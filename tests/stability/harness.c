@@ -96,6 +96,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
                            .diffractions = run->diffractions,
                            .transmissions = run->transmissions,
                            .interactions = run->interactions,
+                           .scattering = run->patch > 0,
+                           .patch = run->patch,
                            .dynamic_range = 1e4,
                            .accelerator = "auto",
                            .cone = run->cone,
@@ -111,6 +113,8 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     for (size_t i = 0; i < run->tx_count; i++)
         config.transmitters[i] = (KellerTransmitter){
             .id = id, .station = {.position = run->tx[i], .antenna = run->antenna}, .power = 1e-3};
+    for (size_t i = 0; i < run->tx_count; i++)
+        memcpy(config.transmitters[i].station.orientation, run->orientation[0], sizeof run->orientation[0]);
     bool grid = run->grid_step > 0;
     config.set_count = grid ? 1 : run->rx_count;
     config.sets = zeroed(config.set_count, sizeof *config.sets);
@@ -119,6 +123,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     for (uint32_t i = 0; i < run->rx_count; i++) {
         config.receivers[i] = (KellerReceiver){
             .set = grid ? 0 : i, .index = grid ? i : 0, .station = {.position = run->rx[i], .antenna = run->antenna}};
+        memcpy(config.receivers[i].station.orientation, run->orientation[1], sizeof run->orientation[1]);
         if (!grid) config.sets[i] = (KellerReceiverSet){.id = id, .kind = KELLER_SET_POINT, .first = i, .count = 1};
     }
     if (grid)
@@ -139,6 +144,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     if (keller_accel_build(run->accelerator ? run->accelerator : "auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
     if (keller_simulate(&config, scene, accel, &sink, &work, &error) != KELLER_OK) stop("keller_simulate", &error);
     keller_accel_free(accel);
+    found.work = work;
     free(config.transmitters);
     free(config.sets);
     free(config.receivers);

@@ -19,8 +19,10 @@ typedef struct {
     uint32_t grid_rows;        /* of that grid; 0 counts as 1 */
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
-    KellerAntenna antenna;                 /* at both ends, not turned */
+    KellerAntenna antenna;                 /* at both ends */
+    double orientation[2][3];              /* of the transmitters and of the receivers, rad; run_new: not turned */
     uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
+    double patch; /* m: > 0: paths may be scattered once, by patches of that size */
     double cone; /* rad */
     const char *accelerator; /* NULL: auto */
     uint32_t split_over; /* as in KellerConfig: small makes even the smallest scenes split their cones */
@@ -41,6 +43,7 @@ typedef struct {
     Found *path; /* in the order they came */
     size_t coverage_count;
     double coverage[8]; /* path gain of the first grid points at the first frequency */
+    KellerSimulationWork work;
 } FoundPaths;
 
 /* One transmitter, receivers as points, 3.5 GHz, isotropic V, cone 2 degrees, one thread; nothing is dropped. */

@@ -1,0 +1,30 @@
+/* Where the field of a path is beyond what its formulas are exact for. */
+#include <math.h>
+
+#include "path/cascade.h"
+#include "path/field.h"
+
+/* An edge is in its neighbours' zone if the way past it is less than about half a wavelength shorter: x^2/2 = pi, x as in wave/pair.h.
+ * Over so many edges in a row no function is exact any more (wave/triple.h). */
+static const double zone = 2.5;
+enum { TOO_MANY = 4 };
+
+bool path_crowded(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double k)
+{
+    uint32_t edges_at_all = 0;
+    for (uint32_t i = 0; i < path->count; i++) edges_at_all += path->step[i].kind == KELLER_DIFFRACTION;
+    if (edges_at_all < TOO_MANY) return false;
+    PathEdges edges;
+    Cascade cascade;
+    path_edges(scene, path, 0, &edges);
+    path_cascade(scene, path, &edges, tx, &cascade);
+    uint32_t row = 0;
+    for (uint32_t i = 0; i < edges.count; i++) {
+        const PathEdge *e = &edges.edge[i];
+        /* both rays have one angle to the edge: they differ by 2 sin(beta0) sin(eps/2) */
+        double x = sqrt(k * cascade.place[i].distance) * v3_distance(path->leg[e->begin], path->leg[e->end + 1]);
+        row = x < zone ? row + 1 : 0;
+        if (row == TOO_MANY) return true;
+    }
+    return false;
+}
