@@ -5,7 +5,8 @@
  *                           [--order slabs|exact|directrix|midpoint] [--contained yes|no] [--leaf-boxes]
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
- *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, dacrt; with --peer also embree (its fast mode)
+ *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, ubvh, dacrt; with --peer also embree (its fast
+ *                       mode)
  *                       and embree-robust
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
  *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
@@ -29,7 +30,7 @@
 #include "embree_peer.h"
 #include "geom/cone_lanes.h"
 
-static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
+static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
 enum { STRUCTURES = sizeof all_structures / sizeof *all_structures, PLAIN = 3 }; /* the first ones by default */
 static const char *const queries[] = {"nearest", "any", "all", "walk"};
 static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};

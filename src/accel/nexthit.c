@@ -136,6 +136,7 @@ KellerStatus keller_nexthit_ray(KellerNexthit *it, const KellerAccel *accel, Kel
     it->thin = true;
     it->ray.made = false;
     ray8_make(accel, origin, direction, clip, &it->ray.ray, &it->lanes);
+    if (it->tree == &tree_ubvh) ray8_origin(accel, &it->ray.ray, &it->lanes);
     start(it, options);
     return KELLER_OK;
 }

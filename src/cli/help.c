@@ -107,7 +107,7 @@ static const Help verbs[] = {
      "  --time-only            no comparisons\n"
      "  accel: the accelerators' queries with rays and cones\n"
      "  --scene FILE           a scene; --random N: N random triangles; --hair N: N hairs; each may be given again\n"
-     "  --structure NAME       only this one: kdtree, bvh, bvh8, bvh+mask, bvh8+mask, dacrt; may be given\n"
+     "  --structure NAME       only this one: kdtree, bvh, bvh8, bvh+mask, bvh8+mask, ubvh, dacrt; may be given\n"
      "                         again\n"
      "  --query NAME, --half-angle DEG, --queries N, --seed N\n"
      "                         only these queries; how many; of the random numbers\n"
