@@ -26,11 +26,18 @@ static bool share(KellerVec3 a[3], KellerVec3 b[3])
     return false;
 }
 
+/* With a triangle whose corners are at hand. */
+static bool box_with(const TreeInput *in, const KellerVec3 corners[3], uint32_t j, double margin, Sobb *box, SobbPlace *place)
+{
+    KellerVec3 a[3] = {corners[0], corners[1], corners[2]}, b[3];
+    if (in->corners(in->clip_context, j, b) != 3) return false;
+    return share(a, b) && sobb_around_pair(a, b, margin, box, place);
+}
+
 static bool box_of_pair(const TreeInput *in, uint32_t i, uint32_t j, double margin, Sobb *box, SobbPlace *place)
 {
-    KellerVec3 a[3], b[3];
-    if (in->corners(in->clip_context, i, a) != 3 || in->corners(in->clip_context, j, b) != 3) return false;
-    return share(a, b) && sobb_around_pair(a, b, margin, box, place);
+    KellerVec3 a[3];
+    return in->corners(in->clip_context, i, a) == 3 && box_with(in, a, j, margin, box, place);
 }
 
 Sobb pair_box(const TreeInput *in, Pair pair, double margin, SobbPlace *place)
@@ -43,17 +50,12 @@ Sobb pair_box(const TreeInput *in, Pair pair, double margin, SobbPlace *place)
     return sobb_around(count, v, margin);
 }
 
-static bool can_pair(const TreeInput *in, uint32_t i, uint32_t j, double margin)
-{
-    Sobb box;
-    SobbPlace place;
-    return box_of_pair(in, i, j, margin, &box, &place);
-}
-
 static void greedy(const TreeInput *in, double margin, uint32_t *mate)
 {
     for (uint32_t i = 0; i + 1 < in->count; i++) {
-        if (mate[i] != KELLER_NONE || !can_pair(in, i, i + 1, margin)) continue;
+        Sobb box;
+        SobbPlace place;
+        if (mate[i] != KELLER_NONE || !box_of_pair(in, i, i + 1, margin, &box, &place)) continue;
         mate[i] = i + 1;
         mate[i + 1] = i;
     }
@@ -109,11 +111,15 @@ static uint32_t pair_up(const TreeInput *in, double margin, Place *place, uint32
     for (uint32_t i = 0; i < count; i++) {
         double least = INFINITY;
         place[i].best = KELLER_NONE;
+        KellerVec3 corners[3];
+        Sobb box;
+        SobbPlace in_it;
+        if (in->corners(in->clip_context, place[i].id, corners) != 3) continue; /* an edge */
         uint32_t from = i > RADIUS ? i - RADIUS : 0, to = i + RADIUS < count ? i + RADIUS + 1 : count;
         for (uint32_t j = from; j < to; j++) {
             if (j == i) continue;
             double area = common_area(&in->boxes[place[i].id], &in->boxes[place[j].id]);
-            if (!(area < least) || !can_pair(in, place[i].id, place[j].id, margin)) continue;
+            if (!(area < least) || !box_with(in, corners, place[j].id, margin, &box, &in_it)) continue;
             least = area;
             place[i].best = j;
         }

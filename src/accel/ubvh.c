@@ -78,6 +78,7 @@ static KellerStatus fit_all(Build *b, float *area, KellerError *error)
             dop_add(b->dops, top - each, top);
             top -= each;
         }
+        if (node->count && b->tree->unified) continue; /* has boxes of its own, and plans do not ask */
         b->fits[n] = sobb_fit(b->dops, top, b->tree->margin);
         area[n] = b->fits[n].area;
     }
