@@ -98,7 +98,7 @@ static KellerStatus begin(KellerNexthit *it, const KellerAccel *accel, KellerVec
     it->ended = o->method == KELLER_NEXTHIT_QUEUE && !it->tree->open;
     if (it->ended) {
         it->method = KELLER_NEXTHIT_RESTART;
-        return keller_error(error, KELLER_BAD_INPUT, "nexthit: the method queue does not run over \"%s\"; expected bvh or bvh8",
+        return keller_error(error, KELLER_BAD_INPUT, "nexthit: the method queue does not run over \"%s\"; expected bvh, bvh8 or ubvh",
                             it->tree->name);
     }
     if (o->after) it->last = place_of(it, o->after, true);
