@@ -5,8 +5,10 @@
  *                           [--order slabs|exact|directrix|midpoint] [--contained yes|no] [--leaf-boxes]
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
- *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, dacrt; with --peer also embree (its fast mode)
- *                       and embree-robust
+ *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, ubvh, dacrt; with --peer also embree (its fast
+ *                       mode) and embree-robust. To compare with ubvh: ubvh-ploc, ubvh-greedy and ubvh-single (its pairs, of
+ *                       which its own are the default's), ubvh-4 (four children a node), sobb, sobb-4, obb and dop14 (skewed and
+ *                       oriented boxes, and 14-DOPs, around blocks of up to eight triangles)
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
  *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
  *                       walk (only when asked for): what of `all` is spent on the way to the leaves, which are not looked into
@@ -29,8 +31,18 @@
 #include "embree_peer.h"
 #include "geom/cone_lanes.h"
 
-static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
+static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
 enum { STRUCTURES = sizeof all_structures / sizeof *all_structures, PLAIN = 3 }; /* the first ones by default */
+static const char *const variants[] = {"ubvh-ploc", "ubvh-greedy", "ubvh-single", "ubvh-4", "sobb", "sobb-4", "obb", "dop14"};
+static const KellerSkewedOptions variant_options[] = {{.pairs = KELLER_PAIRS_PLOC},
+                                                      {.pairs = KELLER_PAIRS_GREEDY},
+                                                      {.pairs = KELLER_PAIRS_NONE},
+                                                      {.width = 4},
+                                                      {.blocks = true},
+                                                      {.blocks = true, .width = 4},
+                                                      {.blocks = true, .boxes = KELLER_BOXES_ORIENTED},
+                                                      {.boxes = KELLER_BOXES_DOP14}};
+enum { VARIANTS = sizeof variants / sizeof *variants };
 static const char *const queries[] = {"nearest", "any", "all", "walk"};
 static const char *const orders[] = {"slabs", "exact", "directrix", "midpoint"};
 static const char *const kinds[] = {"primary", "random"};
@@ -184,8 +196,8 @@ static bool measure_peer(const Options *o, const AccelBench *b, PeerTimes times[
     return true;
 }
 
-static void measure_set(const Options *o, const AccelBench *b, const KellerAccel *accel, const Set *s, int kind, int angle,
-                        bool eccentric, double build, const PeerTimes peer[2])
+static void measure_set(const Options *o, const AccelBench *b, const char *name, const KellerAccel *accel, const Set *s, int kind,
+                        int angle, bool eccentric, double build, const PeerTimes peer[2])
 {
     for (int query = 0; query < QUERIES; query++) {
         if (o->query ? strcmp(o->query, queries[query]) != 0 : query == WALK) continue;
@@ -201,7 +213,7 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
         double each = accel_median(seconds) / n, ratio[2] = {0, 0};
         for (int i = 0; i < 2 && peer; i++) ratio[i] = each / peer[i].seconds[kind];
         const double done[4] = {(double)work.nodes / n, (double)work.triangles / n, (double)work.edges / n, (double)hits / n};
-        print_row(o, b, keller_accel_name(accel), queries[query], kinds[kind], half_angles[angle], eccentric ? "random" : "0",
+        print_row(o, b, name, queries[query], kinds[kind], half_angles[angle], eccentric ? "random" : "0",
                   each * 1e6, done, build * 1e3, (double)keller_accel_bytes(accel) / b->in.triangle_count, ratio);
     }
 }
@@ -209,7 +221,9 @@ static void measure_set(const Options *o, const AccelBench *b, const KellerAccel
 static KellerStatus measure(const Options *o, const AccelBench *b, const char *name, const PeerTimes *peer, KellerError *error)
 {
     KellerAccelOptions options = o->how;
-    options.name = name;
+    int variant = which(variants, VARIANTS, name);
+    options.name = variant < 0 ? name : "ubvh";
+    if (variant >= 0) options.skewed = variant_options[variant];
     options.threads = 1;
     KellerAccel *accel = NULL;
     double build[PASSES];
@@ -231,7 +245,7 @@ static KellerStatus measure(const Options *o, const AccelBench *b, const char *n
             for (int eccentric = 0; eccentric < (half_angles[angle] < 0 ? 1 : 2); eccentric++) {
                 if (!isnan(o->half_angle) && half_angles[angle] != o->half_angle) continue;
                 Set s = make_set(o, b, kind, half_angles[angle], eccentric);
-                measure_set(o, b, accel, &s, kind, angle, eccentric, each, peer);
+                measure_set(o, b, variant < 0 ? keller_accel_name(accel) : name, accel, &s, kind, angle, eccentric, each, peer);
                 accel_set_free(&s);
             }
     keller_accel_free(accel);
@@ -275,7 +289,7 @@ static int parse(int argc, char **argv, Options *o)
         }
         i++;
         if (strcmp(name, "--structure") == 0) {
-            bool known = strcmp(value, "auto") == 0 || which(all_structures, STRUCTURES, value) >= 0;
+            bool known = strcmp(value, "auto") == 0 || which(all_structures, STRUCTURES, value) >= 0 || which(variants, VARIANTS, value) >= 0;
             if (!known || o->structure_count == MOST) return wrong_usage("unknown structure", value);
             o->structures[o->structure_count++] = value;
         } else if (strcmp(name, "--query") == 0) {

@@ -1,5 +1,6 @@
 #include "accel_set.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -107,6 +108,28 @@ int accel_scenes_option(AccelScenes *s, bool *csv, const char *name, const char 
 }
 
 bool accel_scenes_none(const AccelScenes *s) { return s->scene_count + s->random_count + s->hair_count == 0; }
+
+const char accel_unknown[] = "unknown option";
+
+static int wrong_usage(const char *what, const char *text, const char *usage)
+{
+    fprintf(stderr, "%.*s: %s \"%s\"; usage: %s\n", (int)strcspn(usage, " "), usage, what, text, usage); /* it begins with the program */
+    return 2;
+}
+
+int accel_parse(int argc, char **argv, AccelScenes *scenes, bool *csv, AccelOwnOption own, void *context, const char *usage)
+{
+    for (int i = 1, words; i < argc; i += words) {
+        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
+        words = accel_scenes_option(scenes, csv, name, value, &wrong);
+        if (words < 0) return wrong_usage(wrong, value, usage);
+        if (words > 0) continue;
+        words = 2;
+        wrong = own(context, name, value);
+        if (wrong) return wrong_usage(wrong, wrong == accel_unknown ? name : value, usage);
+    }
+    return accel_scenes_none(scenes) ? wrong_usage("nothing to measure:", "expected --scene, --random or --hair", usage) : 0;
+}
 
 KellerStatus accel_scenes_measure(const AccelScenes *s, AccelMeasure measure, void *context, KellerError *error)
 {

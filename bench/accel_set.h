@@ -20,6 +20,11 @@ typedef struct {
  * what is wrong with the value. */
 int accel_scenes_option(AccelScenes *scenes, bool *csv, const char *name, const char *value, const char **wrong);
 bool accel_scenes_none(const AccelScenes *scenes);
+/* Reads a whole command line of such options, and of a program's own, all with a value: `own` takes one and returns NULL, or what is
+ * wrong with the value; for a name that it does not know, accel_unknown. Returns 0, or prints what is wrong and `usage`, and returns 2. */
+typedef const char *(*AccelOwnOption)(void *context, const char *name, const char *value);
+extern const char accel_unknown[];
+int accel_parse(int argc, char **argv, AccelScenes *scenes, bool *csv, AccelOwnOption own, void *context, const char *usage);
 /* Calls measure for each, until it fails. */
 typedef KellerStatus (*AccelMeasure)(void *context, const AccelBench *b, KellerError *error);
 KellerStatus accel_scenes_measure(const AccelScenes *scenes, AccelMeasure measure, void *context, KellerError *error);

@@ -86,36 +86,20 @@ static KellerStatus measure(void *context, const AccelBench *b, KellerError *err
     return status == KELLER_OK ? measure_kind(context, b, 1, error) : status;
 }
 
-static int wrong_usage(const char *what, const char *text)
-{
-    fprintf(stderr,
-            "keller-bench-batch: %s \"%s\"; usage: keller-bench-batch [--csv] [--scene FILE]... [--random N]... "
-            "[--hair STRANDS]... [--queries MOST] [--half-angle DEG] [--seed N]\n",
-            what, text);
-    return 2;
-}
+static const char usage[] = "keller-bench-batch [--csv] [--scene FILE]... [--random N]... [--hair STRANDS]... "
+                            "[--queries MOST] [--half-angle DEG] [--seed N]";
 
-static int parse(int argc, char **argv, Options *o)
+static const char *own_option(void *context, const char *name, const char *value)
 {
-    for (int i = 1, words; i < argc; i += words) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
-        words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
-        if (words < 0) return wrong_usage(wrong, value);
-        if (words > 0) continue;
-        words = 2;
-        if (strcmp(name, "--half-angle") == 0) {
-            if (!accel_number(value, -1, 80, false, &o->half_angle)) return wrong_usage("not a half-angle:", value);
-        } else {
-            return wrong_usage("unknown option", name);
-        }
-    }
-    return accel_scenes_none(&o->scenes) ? wrong_usage("nothing to measure:", "expected --scene, --random or --hair") : 0;
+    Options *o = context;
+    if (strcmp(name, "--half-angle") != 0) return accel_unknown;
+    return accel_number(value, -1, 80, false, &o->half_angle) ? NULL : "not a half-angle:";
 }
 
 int main(int argc, char **argv)
 {
     Options o = {.scenes = {.queries = 1e6, .seed = 1}, .half_angle = -1};
-    int wrong = parse(argc, argv, &o);
+    int wrong = accel_parse(argc, argv, &o.scenes, &o.csv, own_option, &o, usage);
     if (wrong) return wrong;
     printf(o.csv ? "scene,triangles,kind,half_angle_deg,queries,bvh8_build_ms,bvh8_ms,dacrt_build_ms,dacrt_ms,ratio,dacrt_bytes\n"
                  : "scene         triangles kind      angle   queries  bvh8 new       ask dacrt new       ask    ratio      bytes\n");

@@ -128,37 +128,21 @@ static KellerStatus measure(void *context, const AccelBench *b, KellerError *err
     return status;
 }
 
-static int wrong_usage(const char *what, const char *text)
-{
-    fprintf(stderr,
-            "keller-bench-masks: %s \"%s\"; usage: keller-bench-masks [--csv] [--scene FILE]... [--random N]... "
-            "[--hair STRANDS]... [--structure bvh|bvh8] [--queries N] [--seed N]\n",
-            what, text);
-    return 2;
-}
+static const char usage[] = "keller-bench-masks [--csv] [--scene FILE]... [--random N]... [--hair STRANDS]... "
+                            "[--structure bvh|bvh8] [--queries N] [--seed N]";
 
-static int parse(int argc, char **argv, Options *o)
+static const char *own_option(void *context, const char *name, const char *value)
 {
-    for (int i = 1, words; i < argc; i += words) {
-        const char *name = argv[i], *value = argv[i + 1] ? argv[i + 1] : "", *wrong;
-        words = accel_scenes_option(&o->scenes, &o->csv, name, value, &wrong);
-        if (words < 0) return wrong_usage(wrong, value);
-        if (words > 0) continue;
-        words = 2;
-        if (strcmp(name, "--structure") == 0) {
-            o->structure = value;
-            if (strcmp(value, "bvh") != 0 && strcmp(value, "bvh8") != 0) return wrong_usage("neither bvh nor bvh8:", value);
-        } else {
-            return wrong_usage("unknown option", name);
-        }
-    }
-    return accel_scenes_none(&o->scenes) ? wrong_usage("nothing to measure:", "expected --scene, --random or --hair") : 0;
+    Options *o = context;
+    if (strcmp(name, "--structure") != 0) return accel_unknown;
+    o->structure = value;
+    return strcmp(value, "bvh") == 0 || strcmp(value, "bvh8") == 0 ? NULL : "neither bvh nor bvh8:";
 }
 
 int main(int argc, char **argv)
 {
     Options o = {.scenes = {.queries = 100000, .seed = 1}, .structure = "bvh8"};
-    int wrong = parse(argc, argv, &o);
+    int wrong = accel_parse(argc, argv, &o.scenes, &o.csv, own_option, &o, usage);
     if (wrong) return wrong;
     printf(o.csv ? "scene,structure,masks,R,kind,half_angle_deg,nodes,triangles,ratio,ratio_time,build_ms,bytes_per_triangle\n"
                  : "scene          tree  masks        R kind      angle     nodes triangles   ratio    time  build_ms   B/tri\n");

@@ -31,10 +31,10 @@ munich="--scene $scenes/sionna/munich/munich.xml"
 
 measure munich $munich --peer embree --queries 200000
 measure classroom --scene "$scenes/indoor/classroom/scene.xml" --peer embree --queries 200000
-for n in 100000 1000000; do
-    [ -s "$results/city-$n.csv" ] && [ -s "$results/masks.csv" ] && [ -s "$results/batch.csv" ] && continue
+for n in 10000 100000 1000000; do
+    [ -s "$results/city-$n.csv" ] && [ -s "$results/ubvh.csv" ] && [ -s "$results/ubvh-kinds.csv" ] && [ -s "$results/masks.csv" ] && [ -s "$results/batch.csv" ] && continue
     "$keller" scene generate city --triangles $n -o "$cities/city-$n.obj"
-    measure city-$n --scene "$cities/city-$n.obj" --peer embree --queries 100000
+    [ $n = 10000 ] || measure city-$n --scene "$cities/city-$n.obj" --peer embree --queries 100000
 done
 measure random-1000000 --random 1000000 --peer embree --queries 100000
 
@@ -54,8 +54,13 @@ measure leaf-yes $munich --kind primary --query all --structure bvh8 --leaf-boxe
 measure walk $munich --kind primary --query walk --queries 50000
 
 classroom="--scene $scenes/indoor/classroom/scene.xml" city="--scene $cities/city-100000.obj" million="--scene $cities/city-1000000.obj"
-measure_with "$build/bench/keller-bench-masks" masks $munich $classroom $city --hair 10000 --queries 30000
+town="--scene $cities/city-10000.obj"
+measure_with "$build/bench/keller-bench-masks" masks $munich $classroom $town $city $million --hair 10000 --queries 30000
 measure_with "$build/bench/keller-bench-masks" masks-bvh $munich --hair 1000 --structure bvh --queries 10000
+kinds=
+for kind in ubvh-ploc ubvh-greedy ubvh-single ubvh-4 sobb sobb-4 obb dop14; do kinds="$kinds --structure $kind"; done
+measure ubvh-kinds $munich $classroom $town $city --hair 10000 --structure bvh8 $kinds --query nearest --half-angle -1 --queries 20000
+measure ubvh $munich $classroom $town $city $million --hair 10000 --structure bvh8 --structure ubvh --queries 10000
 if [ ! -s "$results/batch.csv" ]; then
     batch=$build/bench/keller-bench-batch
     measure_with "$batch" batch-munich $munich --queries 1e7

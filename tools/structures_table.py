@@ -62,7 +62,51 @@ def batches(rows):
     return out
 
 
+ANGLES = [("-1", "ray"), ("1e-05", "10⁻⁵°"), ("0.1", "0.1°"), ("0.5", "0.5°"), ("5", "5°"), ("15", "15°")]
+
+
+def skewed(rows):
+    """ubvh beside bvh8: tests, and time in percent of bvh8's."""
+    out = ["| scene, queries | nodes, triangles a ray: bvh8 | ubvh | " + " | ".join(name for _, name in ANGLES)
+           + " | build, ms: bvh8 | ubvh | bytes a triangle: bvh8 | ubvh |", "| --- | ---: | ---: |" + " ---: |" * (len(ANGLES) + 4)]
+    for scene in scenes_of(rows):
+        for kind in ["primary", "random"]:
+            def row(structure, angle):
+                query = "nearest" if angle == "-1" else "all"
+                return pick(rows, scene=scene, kind=kind, structure=structure, half_angle_deg=angle, query=query, eccentricity="0")[0]
+            plain, other = row("bvh8", "-1"), row("ubvh", "-1")
+            cells = [f"{float(r['nodes']):.3g}, {float(r['triangles']):.3g}" for r in (plain, other)]
+            for angle, _ in ANGLES:
+                cells.append(f"{100 * float(row('ubvh', angle)['us_per_query']) / float(row('bvh8', angle)['us_per_query']):.0f}")
+            for column in ["build_ms", "bytes_per_triangle"]:
+                cells += [f"{float(r[column]):.0f}" for r in (plain, other)]
+            out.append(f"| {scene}, {kind} | " + " | ".join(cells) + " |")
+    return out
+
+
+def skewed_kinds(rows):
+    """The nearest hit of a ray by each kind of box, leaf and pair."""
+    names = {"bvh8": "boxes along the axes (bvh8)", "dop14": "14-DOP", "obb": "oriented", "sobb": "skewed", "sobb-4": "skewed, 4-wide",
+             "ubvh-single": "ubvh, no pairs", "ubvh-greedy": "ubvh, greedy pairs", "ubvh-ploc": "ubvh, PLOC pairs",
+             "ubvh-4": "ubvh, PLOC pairs, 4-wide"}
+    out = ["| scene | boxes | build, ms | bytes a triangle | primary: nodes | triangles | time | random: nodes | triangles | time |",
+           "| --- | --- |" + " ---: |" * 8]
+    for scene in scenes_of(rows):
+        for structure, name in names.items():
+            cells = []
+            for kind in ["primary", "random"]:
+                row = pick(rows, scene=scene, kind=kind, structure=structure)[0]
+                plain = pick(rows, scene=scene, kind=kind, structure="bvh8")[0]
+                if not cells:
+                    cells = [f"{float(row['build_ms']):.0f}", f"{float(row['bytes_per_triangle']):.0f}"]
+                cells += [f"{float(row['nodes']):.3g}", f"{float(row['triangles']):.3g}",
+                          f"{100 * float(row['us_per_query']) / float(plain['us_per_query']):.0f}"]
+            out.append(f"| {scene if structure == 'bvh8' else ''} | {name} | " + " | ".join(cells) + " |")
+    return out
+
+
 def structures(tables):
     """All of them, by the names of their marks."""
     return {"masks spare": spared(tables["masks"]), "masks cost": cost(tables["masks"] + tables["masks-bvh"]),
-            "batches": batches(tables["batch"])}
+            "batches": batches(tables["batch"]),
+            "skewed": skewed(tables["ubvh"]), "skewed kinds": skewed_kinds(tables["ubvh-kinds"])}

@@ -2,8 +2,9 @@
  *
  * Three structures behind one interface: "kdtree" (SAH k-d tree, Wald and Havran 2006), "bvh" (binary hierarchy by binned SAH)
  * and "bvh8" (eight children a node, tested at once; Emre et al. 2025, section 4.3); "+mask" after the last two gives every box
- * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). A fourth, "dacrt", is none: it answers batches by
- * divide and conquer (Mora 2011), and a query alone by a loop over all, for jobs too small to build for. They answer alike: a
+ * a mask of the cells in it that are not empty (Yoshimura and Harada 2023). A fourth, "ubvh", has skewed boxes, of which the smallest are
+ * the triangles themselves (Kacerik and Bittner 2026). A fifth, "dacrt", is none: it answers batches by divide and conquer (Mora 2011), and
+ * a query alone by a loop over all, for jobs too small to build for. They answer alike: a
  * query never misses what the exact test of keller/ray.h or keller/cone.h on every primitive would report, and reports
  * nothing else. Ties are broken by the primitive's number, so that answers do not depend on the structure. Boxes and leaves are in single precision
  * relative to the scene's middle, rounded outwards; what they leave is decided in double precision on the caller's vertices.
@@ -54,18 +55,38 @@ typedef struct {
     bool table;                     /* passages of rays by table, not exactly */
 } KellerMaskOptions;
 
+/* Boxes of "ubvh" (Kacerik and Bittner 2026). All zero is a good default; it changes no answer. */
+typedef enum {
+    KELLER_BOXES_SKEWED,            /* the best three slabs of a 64-DOP */
+    KELLER_BOXES_ORIENTED,          /* the best of 32 orthogonal frames */
+    KELLER_BOXES_DOP14              /* seven slabs, the same for all; leaves are blocks, nodes have eight children */
+} KellerBoxes;
+typedef enum {
+    KELLER_PAIRS_PLOC,              /* by choice among neighbours */
+    KELLER_PAIRS_GREEDY,            /* each with the next, as they come */
+    KELLER_PAIRS_NONE
+} KellerPairs;
+typedef struct {
+    KellerBoxes boxes;
+    KellerPairs pairs;              /* of triangles that share a box */
+    int width;                      /* children of a node: 8 (0) or 4 */
+    bool blocks;                    /* leaves are up to eight triangles as they are; else boxes, each around one triangle or a pair */
+} KellerSkewedOptions;
+
 /* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the
  * default, the others are there to be measured against (docs/performance.md). */
 typedef struct {
-    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "auto+mask", "dacrt" */
+    const char *name;               /* "auto" (NULL), "kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "auto+mask", "ubvh",
+                                       "dacrt" */
     double cost_ratio;              /* cost of eight primitives' tests over that of a node's; 0: measured for the structure */
-    double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree */
+    double spatial;                 /* share of additional references that spatial splits may make; 0: none. Not for kdtree, ubvh */
     int threads;                    /* 0: as many as OpenMP likes. The result does not depend on it */
     KellerAccelOrder order;
     int contained;                  /* look for boxes that a cone contains, to pass by all tests below them (section 4.2): 0: for
                                        cones wide enough, 1: always, -1: never */
     bool leaf_boxes;                /* before a leaf, the accurate test of its box (section 4.3) */
     KellerMaskOptions masks;
+    KellerSkewedOptions skewed;
     /* What will be asked, all in batches; 0, 0: not known, or much. With "auto", "dacrt" is taken for what is less than building. */
     size_t rays, cones;
 } KellerAccelOptions;

@@ -23,7 +23,7 @@
 
 /* All give the same hits in the same order; they differ in what a hit costs (docs/performance.md). */
 typedef enum {
-    KELLER_NEXTHIT_QUEUE,           /* section 4: resumes where it stopped. Structures "bvh" and "bvh8" */
+    KELLER_NEXTHIT_QUEUE,           /* section 4: resumes where it stopped. All structures but "kdtree" and "dacrt" */
     KELLER_NEXTHIT_RESTART,         /* section 3: looks for the nearest hit behind the last one, each time from the root */
     KELLER_NEXTHIT_FILTER,          /* finds all hits when the first is asked for, and sorts them */
     KELLER_NEXTHIT_FILTER_N         /* finds `batch` hits at a time, leaving out what lies behind the last of them */

@@ -8,7 +8,8 @@
 /* Times the size: from farther away single precision loses too much. */
 #define FAR 2
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask, &tree_dacrt};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask, &tree_ubvh,
+                                        &tree_dacrt};
 
 /* ---- what the trees are built from ------------------------------------------------------------------------------- */
 
@@ -118,7 +119,7 @@ static const TreeKind *kind_of(const KellerAccelInput *input, const KellerAccelO
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
         if (strcmp(kinds[i]->name, name) == 0) return kinds[i];
     keller_error(error, KELLER_BAD_INPUT, "accelerator \"%s\" is not known; expected auto, kdtree, bvh, "
-                 "bvh8, bvh+mask, bvh8+mask or dacrt", name);
+                 "bvh8, bvh+mask, bvh8+mask, ubvh or dacrt", name);
     return NULL;
 }
 
@@ -163,7 +164,8 @@ static KellerStatus plant(KellerAccel *a, const KellerAccelOptions *o, KellerErr
         }
         TreeInput in = {.count = count, .boxes = boxes, .clip = clip, .clip_context = &parts,
                         .cost_ratio = o->cost_ratio > 0 ? o->cost_ratio : a->kind->cost_ratio, .spatial = o->spatial,
-                        .threads = o->threads, .corners = local_corners, .masks = o->masks};
+                        .threads = o->threads, .corners = local_corners, .masks = o->masks,
+                        .skewed = o->skewed};
         status = count ? a->kind->build(&in, &a->tree, &leaves, error) : KELLER_OK;
         free(boxes);
     } else {

@@ -5,6 +5,7 @@
 
 #include "accel/box.h"
 #include "accel/bvh8.h"
+#include "accel/wide.h"
 #include "base/number.h"
 #include "base/simd.h"
 
@@ -29,73 +30,9 @@ static size_t tree_bytes(const void *tree)
 
 /* ---- building ---------------------------------------------------------------------------------------------------- */
 
-static double half_area(const AccelBox *b)
+static uint32_t collapse(const SahTree *binary, const WidePlan *plans, uint32_t root, Tree *t, uint32_t *block)
 {
-    double x = (double)b->upper[0] - (double)b->lower[0], y = (double)b->upper[1] - (double)b->lower[1],
-           z = (double)b->upper[2] - (double)b->lower[2];
-    return x * y + y * z + z * x;
-}
-
-/* The cheapest way to collapse a binary subtree (Ylitie, Karras and Laine 2017, section 3.1), for all numbers of roots at once:
- * a node costs its area, whatever its number of children. */
-typedef struct {
-    float cost[8];                  /* [i - 1]: of the subtree as at most i trees, i = 1 .. 7 */
-    uint8_t left[9];                /* [i]: as i trees, 2 to 8, so many come from the left; 0: i - 1 trees are no dearer */
-} Plan;
-
-static void plan(const SahTree *binary, Plan *plans)
-{
-    for (uint32_t n = binary->node_count; n-- > 0;) { /* children have greater numbers */
-        const SahNode *node = &binary->nodes[n];
-        Plan *p = &plans[n];
-        *p = (Plan){.cost = {0}};
-        if (node->count) continue; /* leaves are given: they cost nothing more */
-        const float *left = plans[node->left].cost, *right = plans[node->right].cost;
-        float whole = INFINITY, best[9];
-        for (int i = 2; i <= 8; i++) {
-            best[i] = INFINITY;
-            p->left[i] = 1;
-            for (int k = 1; k < i; k++)
-                if (left[k - 1] + right[i - k - 1] < best[i]) {
-                    best[i] = left[k - 1] + right[i - k - 1];
-                    p->left[i] = (uint8_t)k;
-                }
-            whole = best[i];
-        }
-        p->cost[0] = whole + (float)half_area(&node->box);
-        for (int i = 2; i <= 7; i++) {
-            p->cost[i - 1] = best[i];
-            if (best[i] < p->cost[i - 2]) continue;
-            p->cost[i - 1] = p->cost[i - 2];
-            p->left[i] = 0;
-        }
-    }
-}
-
-/* The roots of a subtree as at most `most` trees, from left to right, so that blocks are numbered in order. */
-static void roots_of(const SahTree *binary, const Plan *plans, uint32_t n, int most, uint32_t roots[8], uint32_t *count)
-{
-    const SahNode *node = &binary->nodes[n];
-    while (most > 1 && plans[n].left[most] == 0 && !node->count) most--;
-    if (most == 1 || node->count) {
-        roots[(*count)++] = n;
-        return;
-    }
-    int left = plans[n].left[most];
-    roots_of(binary, plans, node->left, left, roots, count);
-    roots_of(binary, plans, node->right, most - left, roots, count);
-}
-
-static uint32_t collapse(const SahTree *binary, const Plan *plans, uint32_t root, Tree *t, uint32_t *block)
-{
-    uint32_t id = t->node_count++, child[8], n = 0;
-    if (binary->nodes[root].count) {
-        child[n++] = root;
-    } else {
-        int left = plans[root].left[8];
-        roots_of(binary, plans, binary->nodes[root].left, left, child, &n);
-        roots_of(binary, plans, binary->nodes[root].right, 8 - left, child, &n);
-    }
+    uint32_t id = t->node_count++, child[8], n = wide_children(binary, plans, 8, root, child);
     Node node;
     for (uint32_t i = 0; i < 8; i++) {
         const SahNode *c = i < n ? &binary->nodes[child[i]] : NULL;
@@ -119,12 +56,12 @@ static KellerStatus build(const TreeInput *in, void **tree, Leaves *leaves, Kell
     /* a node has at least two children unless it is the root */
     size_t most = binary.node_count / 2 + 1;
     if (t) t->nodes = aligned_alloc(64, most * sizeof(Node));
-    Plan *plans = malloc((binary.node_count + 1) * sizeof *plans);
+    WidePlan *plans = malloc((binary.node_count + 1) * sizeof *plans);
     if (!t || !t->nodes || !plans) status = keller_error_memory(error, most * sizeof(Node) + binary.node_count * sizeof *plans);
     if (status == KELLER_OK) status = leaves_of(&binary, leaves, error);
     if (status == KELLER_OK && binary.node_count > 0) {
         uint32_t block = 0;
-        plan(&binary, plans);
+        wide_plan(&binary, 8, NULL, plans);
         collapse(&binary, plans, 0, t, &block);
         t->leaf_count = block;
         Node *fit = aligned_alloc(64, t->node_count * sizeof(Node));

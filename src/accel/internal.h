@@ -47,6 +47,7 @@ typedef struct {
     /* A primitive's corners, relative to the middle; returns how many, 2 or 3. For masks. Context: clip_context. */
     int (*corners)(void *context, uint32_t primitive, KellerVec3 corners[3]);
     KellerMaskOptions masks;
+    KellerSkewedOptions skewed;
 } TreeInput;
 
 /* How to walk; all zero but for `contained` is best. */
@@ -78,7 +79,7 @@ typedef struct {
                  uint64_t *nodes);
     /* The same step by step, for who keeps the order himself: the child that is the whole tree (KELLER_NONE: empty), and the
      * children of a node that the frustum meets, at most eight. open_thin: of rays and of thin, plain frusta, whose slabs, near
-     * and far are all that it reads. NULL: not to be had. */
+     * and far are all that it reads ("ubvh": what ray8_origin fills in). NULL: not to be had. */
     uint32_t (*root)(const void *tree);
     uint32_t (*open)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
     uint32_t (*open_thin)(const void *tree, uint32_t node, const KellerConeLanes *lanes, TreeChild child[8]);
@@ -92,7 +93,7 @@ static inline bool lanes_plain(const KellerConeLanes *c)
     return plain;
 }
 
-extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8, tree_bvh_mask, tree_bvh8_mask, tree_dacrt;
+extern const TreeKind tree_kdtree, tree_bvh, tree_bvh8, tree_bvh_mask, tree_bvh8_mask, tree_ubvh, tree_dacrt;
 
 /* The binary tree that the hierarchies are made from, leaves no larger than a block. Free with sah_free. */
 KellerStatus binary_tree(const TreeInput *input, SahTree *tree, KellerError *error);

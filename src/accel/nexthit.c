@@ -98,7 +98,7 @@ static KellerStatus begin(KellerNexthit *it, const KellerAccel *accel, KellerVec
     it->ended = o->method == KELLER_NEXTHIT_QUEUE && !it->tree->open;
     if (it->ended) {
         it->method = KELLER_NEXTHIT_RESTART;
-        return keller_error(error, KELLER_BAD_INPUT, "nexthit: the method queue does not run over \"%s\"; expected bvh or bvh8",
+        return keller_error(error, KELLER_BAD_INPUT, "nexthit: the method queue does not run over \"%s\"; expected bvh, bvh8 or ubvh",
                             it->tree->name);
     }
     if (o->after) it->last = place_of(it, o->after, true);
@@ -136,6 +136,7 @@ KellerStatus keller_nexthit_ray(KellerNexthit *it, const KellerAccel *accel, Kel
     it->thin = true;
     it->ray.made = false;
     ray8_make(accel, origin, direction, clip, &it->ray.ray, &it->lanes);
+    if (it->tree == &tree_ubvh) ray8_origin(accel, &it->ray.ray, &it->lanes);
     start(it, options);
     return KELLER_OK;
 }

@@ -2,6 +2,7 @@
  * decided in double precision; any sure hit answers a shadow query. */
 #include "accel/bvh8.h"
 #include "accel/ray8.h"
+#include "accel/ubvh.h"
 #include "base/number.h"
 #include "keller/ray.h"
 
@@ -35,6 +36,7 @@ static inline void prepare(const KellerAccel *a, KellerVec3 origin, KellerVec3 d
     q->count = 0;
     q->found = false;
     ray8_make(a, origin, direction, clip, &q->ray, l);
+    if (a->kind == &tree_ubvh) ray8_origin(a, &q->ray, l);
     q->near = l->near;
     q->inner_near = float_up(clip.near);
     q->inner_far = float_down(clip.far);
@@ -50,6 +52,7 @@ static float decide(Query *q, bool any, float far)
         int lane = (int)q->candidate[i].lane;
         KellerVec3 v[3];
         KellerRayHit hit = {.triangle = block->id[lane]};
+        if (hit.triangle == KELLER_NONE) continue; /* the box of an edge */
         KellerRange clip = q->clip;
         if (q->found) clip.far = q->hit.t;
         triangle_in(q->accel, block, lane, v);
@@ -61,6 +64,17 @@ static float decide(Query *q, bool any, float far)
         far = nearer < far ? nearer : far;
     }
     q->count = 0;
+    return far;
+}
+
+/* A triangle that may be hit, at `low` or later, waits to be decided. */
+static inline __attribute__((always_inline)) float offer(Query *q, uint32_t leaf, uint32_t lane, float low, bool any, float far)
+{
+    if (q->count == CANDIDATES) far = decide(q, any, far);
+    if (any && q->found) return -INFINITY;
+    q->candidate[q->count].leaf = leaf;
+    q->candidate[q->count].lane = lane;
+    q->candidate[q->count++].low = low;
     return far;
 }
 
@@ -84,12 +98,32 @@ static inline __attribute__((always_inline)) float visit_first(Query *q, uint32_
     for (; mask; mask &= mask - 1) {
         int i = __builtin_ctz(mask);
         if (block->id[i] == KELLER_NONE || low[i] > far) continue;
-        if (q->count == CANDIDATES) far = decide(q, any, far);
-        if (any && q->found) return -INFINITY;
-        q->candidate[q->count].leaf = leaf;
-        q->candidate[q->count].lane = (uint32_t)i;
-        q->candidate[q->count++].low = low[i];
+        far = offer(q, leaf, (uint32_t)i, low[i], any, far);
+        if (far == -INFINITY) return far;
     }
+    return far;
+}
+
+/* The same of boxes around triangles, which need not be tested any more. */
+static inline __attribute__((always_inline)) float met_first(Query *q, const UbvhMet *met, float far, bool any)
+{
+    q->work->triangles += met->tested;
+    for (uint32_t rest = met->sure; rest; rest &= rest - 1) {
+        float end = met->high[__builtin_ctz(rest)];
+        far = end < far ? end : far;
+    }
+    if (any && met->sure) {
+        q->found = true;
+        return -INFINITY;
+    }
+    for (uint32_t k = 0; k < 2; k++)
+        for (uint32_t rest = k ? met->second : met->first; rest; rest &= rest - 1) {
+            int i = __builtin_ctz(rest);
+            uint32_t place = (met->child[i] & UBVH_PLACE) + k;
+            if (met->low[k][i] > far) continue;
+            far = offer(q, place / 8, place % 8, met->low[k][i], any, far);
+            if (far == -INFINITY) return far;
+        }
     return far;
 }
 
@@ -105,6 +139,36 @@ static float visit_any(void *context, uint32_t leaf, bool inside, float far)
     return visit_first(context, leaf, far, true);
 }
 
+static float met_nearest(void *context, const UbvhMet *met, float far) { return met_first(context, met, far, false); }
+static float met_any(void *context, const UbvhMet *met, float far) { return met_first(context, met, far, true); }
+
+/* Decides on a triangle, and hands it out. */
+static inline bool decide_one(Query *q, const KellerRay *exact, const TriangleBlock *block, int lane)
+{
+    KellerVec3 v[3];
+    KellerRayHit hit = {.triangle = block->id[lane]};
+    if (hit.triangle == KELLER_NONE) return false;
+    triangle_in(q->accel, block, lane, v);
+    if (!keller_ray_triangle(exact, v[0], v[1], v[2], q->clip, &hit.t, NULL)) return false;
+    if (q->seen && seen_before(q->seen, hit.triangle)) return false;
+    q->found = q->visit(q->context, hit);
+    return q->found;
+}
+
+static float met_all(void *context, const UbvhMet *met, float far)
+{
+    Query *q = context;
+    q->work->triangles += met->tested;
+    if (!(met->first | met->second)) return far;
+    KellerRay exact = keller_ray(q->ray.origin, q->ray.direction);
+    for (uint32_t k = 0; k < 2; k++)
+        for (uint32_t rest = k ? met->second : met->first; rest; rest &= rest - 1) {
+            uint32_t place = (met->child[__builtin_ctz(rest)] & UBVH_PLACE) + k;
+            if (decide_one(q, &exact, &q->accel->triangles[place / 8], (int)(place % 8))) return -INFINITY;
+        }
+    return far;
+}
+
 static float visit_all(void *context, uint32_t leaf, bool inside, float far)
 {
     (void)inside;
@@ -115,29 +179,22 @@ static float visit_all(void *context, uint32_t leaf, bool inside, float far)
     q->work->triangles += lanes_used(block->id);
     if (!mask) return far;
     KellerRay exact = keller_ray(q->ray.origin, q->ray.direction);
-    for (; mask; mask &= mask - 1) {
-        KellerVec3 v[3];
-        int lane = __builtin_ctz(mask);
-        KellerRayHit hit = {.triangle = block->id[lane]};
-        if (hit.triangle == KELLER_NONE) continue;
-        triangle_in(q->accel, block, lane, v);
-        if (!keller_ray_triangle(&exact, v[0], v[1], v[2], q->clip, &hit.t, NULL)) continue;
-        if (q->seen && seen_before(q->seen, hit.triangle)) continue;
-        q->found = q->visit(q->context, hit);
-        if (q->found) return -INFINITY;
-    }
+    for (; mask; mask &= mask - 1)
+        if (decide_one(q, &exact, block, __builtin_ctz(mask))) return -INFINITY;
     return far;
 }
 
 static const WalkHow plain_walk = {0};
 
-#define WALK(q, lanes, visit)                                                                                          \
+#define WALK(q, lanes, visit, met)                                                                                          \
     do {                                                                                                               \
         const KellerAccel *a_ = (q)->accel;                                                                            \
         uint64_t *nodes_ = &(q)->work->nodes;                                                                          \
         if (!a_->triangles) break;                                                                                     \
         if (a_->kind == &tree_bvh8) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, false);                          \
         else if (a_->kind == &tree_bvh8_mask) bvh8_walk_thin(a_->tree, lanes, visit, q, a_->triangles, nodes_, true);                 \
+        else if (a_->kind == &tree_ubvh && !((const Ubvh *)a_->tree)->dop14) \
+            ubvh_walk_ray(a_->tree, lanes, (q)->inner_near, (q)->inner_far, met, visit, q, nodes_); \
         else a_->kind->walk(a_->tree, lanes, &plain_walk, visit, q, nodes_);                                                 \
     } while (0)
 
@@ -147,7 +204,7 @@ bool keller_accel_ray_nearest(const KellerAccel *accel, KellerVec3 origin, Kelle
     Query q;
     KellerConeLanes lanes;
     prepare(accel, origin, direction, clip, work, &q, &lanes);
-    WALK(&q, &lanes, visit_nearest);
+    WALK(&q, &lanes, visit_nearest, met_nearest);
     if (q.count) decide(&q, false, INFINITY);
     if (q.found) *hit = q.hit;
     return q.found;
@@ -159,7 +216,7 @@ bool keller_accel_ray_any(const KellerAccel *accel, KellerVec3 origin, KellerVec
     Query q;
     KellerConeLanes lanes;
     prepare(accel, origin, direction, clip, work, &q, &lanes);
-    WALK(&q, &lanes, visit_any);
+    WALK(&q, &lanes, visit_any, met_any);
     if (!q.found && q.count) decide(&q, true, INFINITY);
     return q.found;
 }
@@ -175,7 +232,7 @@ bool keller_accel_ray_all(const KellerAccel *accel, KellerVec3 origin, KellerVec
     q.context = context;
     q.seen = accel->repeats ? &seen : NULL;
     if (q.seen) seen_start(&seen);
-    WALK(&q, &lanes, visit_all);
+    WALK(&q, &lanes, visit_all, met_all);
     if (q.seen) seen_end(&seen);
     return q.found;
 }

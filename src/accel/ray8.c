@@ -47,3 +47,16 @@ void ray8_make(const KellerAccel *a, KellerVec3 origin, KellerVec3 direction, Ke
     q->edge_error = (float)(EDGE_ERROR * reach);
     q->t_error = (float)(T_ERROR * reach * fabs(rates[3]));
 }
+
+void ray8_origin(const KellerAccel *a, const Ray8 *q, KellerConeLanes *l)
+{
+    KellerVec3 o = v3_sub(q->origin, a->middle);
+    const double from[3] = {o.x, o.y, o.z}, d[3] = {q->direction.x, q->direction.y, q->direction.z};
+    double least = 0x1p-26 * greater(fabs(d[0]), greater(fabs(d[1]), fabs(d[2])));
+    for (int k = 0; k < 3; k++) {
+        l->origin[k] = (float)from[k];
+        /* off by as much as a rounding, and along no side of a box that is along the axes */
+        l->axis[2][k] = (float)(fabs(d[k]) < least ? copysign(least, d[k]) : d[k]);
+    }
+    l->slack *= (float)((double)KELLER_CONE_SLACK_FLOAT / BOX_ERROR);
+}

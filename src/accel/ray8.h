@@ -16,6 +16,9 @@ typedef struct {
 void ray8_make(const KellerAccel *accel, KellerVec3 origin, KellerVec3 direction, KellerRange clip, Ray8 *ray,
                KellerConeLanes *slabs);
 
+/* What "ubvh" reads of a ray besides: origin, directrix and slack, that of a frustum. */
+void ray8_origin(const KellerAccel *accel, const Ray8 *ray, KellerConeLanes *slabs);
+
 /* What the test of a block leaves for ray8_sure. */
 typedef struct {
     f8 t[3], e[3], bound[3], first, last; /* of the corners; of the sides opposite to them; least and greatest t */

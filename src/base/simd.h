@@ -1,5 +1,6 @@
 /* The SIMD vocabulary: four doubles, eight floats. Kernels are written in it once; SIMDe maps it to AVX or to what the
- * machine has, with the same bits: every operation here is exact or correctly rounded (IEEE 754), none is approximate.
+ * machine has, with the same bits: every operation here but f8_madd and f4_madd is exact or correctly rounded (IEEE 754), none is
+ * approximate.
  *
  * A comparison gives a lane mask, all bits set where true; it is false where either side is NaN. min and max follow the
  * instruction: min(a, b) is a < b ? a : b and max(a, b) is a > b ? a : b, so b where either is NaN, and where both are
@@ -96,6 +97,8 @@ static inline f8 f8_add(f8 a, f8 b) { return simde_mm256_add_ps(a, b); }
 static inline f8 f8_sub(f8 a, f8 b) { return simde_mm256_sub_ps(a, b); }
 static inline f8 f8_mul(f8 a, f8 b) { return simde_mm256_mul_ps(a, b); }
 static inline f8 f8_div(f8 a, f8 b) { return simde_mm256_div_ps(a, b); }
+/* a b + c, rounded once or, where the machine has no such instruction, twice: for bounds that allow for either. */
+static inline f8 f8_madd(f8 a, f8 b, f8 c) { return simde_mm256_fmadd_ps(a, b, c); }
 static inline f8 f8_sqrt(f8 a) { return simde_mm256_sqrt_ps(a); }
 static inline f8 f8_min(f8 a, f8 b) { return simde_mm256_min_ps(a, b); }
 static inline f8 f8_max(f8 a, f8 b) { return simde_mm256_max_ps(a, b); }
@@ -106,6 +109,7 @@ static inline f8 f8_lt(f8 a, f8 b) { return simde_mm256_cmp_ps(a, b, SIMDE_CMP_L
 static inline f8 f8_le(f8 a, f8 b) { return simde_mm256_cmp_ps(a, b, SIMDE_CMP_LE_OQ); }
 static inline f8 f8_and(f8 a, f8 b) { return simde_mm256_and_ps(a, b); }
 static inline f8 f8_or(f8 a, f8 b) { return simde_mm256_or_ps(a, b); }
+static inline f8 f8_xor(f8 a, f8 b) { return simde_mm256_xor_ps(a, b); }
 /* not a, and b */
 static inline f8 f8_andnot(f8 a, f8 b) { return simde_mm256_andnot_ps(a, b); }
 /* mask ? a : b */
@@ -117,6 +121,12 @@ static inline int i8_equal(const uint32_t p[8], uint32_t value)
 {
     simde__m256i all = simde_mm256_load_si256((const simde__m256i *)p);
     return simde_mm256_movemask_ps(simde_mm256_castsi256_ps(simde_mm256_cmpeq_epi32(all, simde_mm256_set1_epi32((int32_t)value))));
+}
+
+/* A mask for f8_blend and f8_mask: lane i is chosen where bit 31 - k of p[i] is set; 32-byte aligned. */
+static inline f8 f8_chosen(const uint32_t p[8], int k)
+{
+    return simde_mm256_castsi256_ps(simde_mm256_slli_epi32(simde_mm256_load_si256((const simde__m256i *)p), k));
 }
 
 /* ---- four floats, four integers: points and boxes ----------------------------------------------------------------- */
@@ -145,13 +155,19 @@ static inline f8 f8_four_each(f4 a, int i)
 static inline f4 f4_add(f4 a, f4 b) { return simde_mm_add_ps(a, b); }
 static inline f4 f4_sub(f4 a, f4 b) { return simde_mm_sub_ps(a, b); }
 static inline f4 f4_mul(f4 a, f4 b) { return simde_mm_mul_ps(a, b); }
+static inline f4 f4_div(f4 a, f4 b) { return simde_mm_div_ps(a, b); }
+static inline f4 f4_madd(f4 a, f4 b, f4 c) { return simde_mm_fmadd_ps(a, b, c); }
+static inline f4 f4_sqrt(f4 a) { return simde_mm_sqrt_ps(a); }
+static inline f4 f4_abs(f4 a) { return simde_mm_andnot_ps(simde_mm_set1_ps(-0.0f), a); }
 static inline f4 f4_min(f4 a, f4 b) { return simde_mm_min_ps(a, b); }
 static inline f4 f4_max(f4 a, f4 b) { return simde_mm_max_ps(a, b); }
 static inline f4 f4_floor(f4 a) { return simde_mm_floor_ps(a); }
 static inline f4 f4_neg(f4 a) { return simde_mm_xor_ps(simde_mm_set1_ps(-0.0f), a); }
 
 static inline f4 f4_lt(f4 a, f4 b) { return simde_mm_cmplt_ps(a, b); }
+static inline f4 f4_le(f4 a, f4 b) { return simde_mm_cmple_ps(a, b); }
 static inline f4 f4_and(f4 a, f4 b) { return simde_mm_and_ps(a, b); }
+static inline f4 f4_xor(f4 a, f4 b) { return simde_mm_xor_ps(a, b); }
 /* mask ? a : b */
 static inline f4 f4_blend(f4 mask, f4 a, f4 b) { return simde_mm_blendv_ps(b, a, mask); }
 static inline int f4_mask(f4 a) { return simde_mm_movemask_ps(a); }
@@ -162,6 +178,19 @@ static inline void f4_columns(f4 a, f4 b, f4 c, f4 column[3])
     column[0] = simde_mm_movelh_ps(low, c);
     column[1] = simde_mm_shuffle_ps(low, c, SIMDE_MM_SHUFFLE(3, 1, 3, 2));
     column[2] = simde_mm_shuffle_ps(high, c, SIMDE_MM_SHUFFLE(3, 2, 1, 0));
+}
+
+/* i8_equal for four. */
+static inline int i4_equal(const uint32_t p[4], uint32_t value)
+{
+    simde__m128i all = simde_mm_load_si128((const simde__m128i *)p);
+    return simde_mm_movemask_ps(simde_mm_castsi128_ps(simde_mm_cmpeq_epi32(all, simde_mm_set1_epi32((int32_t)value))));
+}
+
+/* f8_chosen for four. */
+static inline f4 f4_chosen(const uint32_t p[4], int k)
+{
+    return simde_mm_castsi128_ps(simde_mm_slli_epi32(simde_mm_load_si128((const simde__m128i *)p), k));
 }
 
 static inline i4 i4_set1(int32_t a) { return simde_mm_set1_epi32(a); }

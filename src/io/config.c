@@ -230,8 +230,8 @@ static KellerStatus read_solver(KellerConfigReader *reader, const xmlNode *root)
     config->cone = M_PI / 180;
     const xmlNode *node = keller_config_child(root, "solver");
     if (!node) return KELLER_OK;
-    /* The accelerators that this version builds; SPEC 3 names more to come. */
-    static const char *const accelerators[] = {"auto", "bvh", "bvh8", "kdtree", "auto+mask", "bvh+mask", "bvh8+mask", "dacrt", NULL};
+    static const char *const accelerators[] = {"auto",     "bvh",       "bvh8", "kdtree", "auto+mask",
+                                               "bvh+mask", "bvh8+mask", "ubvh", "dacrt",  NULL};
     static const KellerConfigRange aperture = {DBL_MIN, M_PI / 4, "more than 0 deg and at most 45 deg"};
     unsigned place = 0;
     KellerStatus status = keller_config_word(reader, node, "accelerator", accelerators, &place);

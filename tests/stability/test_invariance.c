@@ -97,7 +97,7 @@ static void cone_aperture(void **state)
 
 static void accelerators(void **state)
 {
-    static const char *const names[] = {"bvh8", "bvh", "kdtree", "bvh+mask", "bvh8+mask", "dacrt"};
+    static const char *const names[] = {"bvh8", "bvh", "kdtree", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
     enum { NAMES = sizeof names / sizeof *names };
     for (uint64_t seed = 1041; seed <= last_of(state, 1041, 1046); seed++) {
         RandomScene world = world_of(state, seed, 0);

@@ -6,8 +6,8 @@
 #include "keller/nexthit.h"
 #include "keller/ray.h"
 
-enum { METHODS = 4, ORDERS = 2, STRUCTURES = 4 };
-static const char *const structures[STRUCTURES] = {"bvh", "bvh8", "bvh+mask", "bvh8+mask"};
+enum { METHODS = 4, ORDERS = 2, STRUCTURES = 5 };
+static const char *const structures[STRUCTURES] = {"bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh"};
 static const char *const methods[METHODS] = {"queue", "restart", "filter", "filter-n"};
 
 typedef struct {

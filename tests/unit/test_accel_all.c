@@ -12,7 +12,7 @@
 #include "keller/ray.h"
 #include "real_scene.h"
 
-static const char *const names[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
+static const char *const names[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
 enum { NAMES = sizeof names / sizeof *names, TREES = NAMES - 1, RAYS = 24 }; /* dacrt alone is a loop: test_dacrt.c has its batches */
 
 static KellerAccel *accel_with(const Model *m, const KellerAccelOptions *options)
@@ -271,7 +271,8 @@ static void same_as_naive(void **state)
             KellerAccelOptions o = {.name = names[k % NAMES], .spatial = k < NAMES ? 0 : 0.5, .threads = 1,
                                     .order = (KellerAccelOrder)((s + k) % 4), .contained = (int)((s / 4 + k) % 3) - 1,
                                     .leaf_boxes = (s + k / 2) % 2,
-                                    .masks = {s % 3 ? 4 : 6, (int)(s % 4) - 1, s % 10 == 1, s % 4 == 1}};
+                                    .masks = {s % 3 ? 4 : 6, (int)(s % 4) - 1, s % 10 == 1, s % 4 == 1},
+                                    .skewed = {(KellerBoxes)(s / 2 % 3), (KellerPairs)((s + k) % 3), s % 2 ? 8 : 4, s % 5 == 1}};
             KellerAccel *accel = accel_with(&m, &o);
             for (uint32_t q = 0; q < RAYS; q++) {
                 KellerCone c = model_cone(&m, q, &r);

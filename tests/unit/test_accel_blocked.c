@@ -9,7 +9,7 @@
 #include "base/number.h"
 #include "keller/ray.h"
 
-static const char *const names[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "dacrt"};
+static const char *const names[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
 enum { NAMES = sizeof names / sizeof *names, MOST = 2000 };
 
 static KellerAccel *accel_of(const Model *m, const char *name)

@@ -10,7 +10,7 @@
 #include "accel_model.h"
 #include "base/number.h"
 
-static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask};
+static const TreeKind *const kinds[] = {&tree_kdtree, &tree_bvh, &tree_bvh8, &tree_bvh_mask, &tree_bvh8_mask, &tree_ubvh};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
 static KellerVec3 local(const Model *m, uint32_t i, int k) { return v3_sub(model_corner(m, i, k), m->middle); }
@@ -44,7 +44,7 @@ static TreeInput input_of(Model *m, AccelBox **boxes)
             }
         }
     }
-    return (TreeInput){m->in.triangle_count, *boxes, clip, m, 2, 0, 1, corners, {0}};
+    return (TreeInput){m->in.triangle_count, *boxes, clip, m, 2, 0, 1, corners, {0}, {0}};
 }
 
 typedef struct {
