@@ -3,9 +3,10 @@
 #include <stdlib.h>
 
 #include "path/search.h"
+#include "path/solve.h"
 
 enum {
-    FEW_CELLS = 128,             /* to look for what hides so many would take longer than to look at each */
+    FEW_CELLS = 5000,             /* to look for what hides so many would take longer than to look at each */
     HIDING_MOST = 32            /* a beam that meets more faces than this is split at once */
 };
 
@@ -43,6 +44,20 @@ static bool on_ray_from(const Beam *beam, const BundleTest *test, double t, Kell
     return true;
 }
 
+/* Is there a path of these steps to the cell? They will be solved again, cell by cell, but most are none. */
+static bool leads_to(Search *s, uint32_t count, const KellerStep *steps, KellerVec3 cell)
+{
+    const TreeLimits *l = s->limits;
+    const uint32_t left = l->interactions - count;
+    KellerPath path;
+    Crossings crossings;
+    bool boundary = false;
+    crossings.most = l->transmissions < left ? l->transmissions : left;
+    crossings.count = 0;
+    s->work.solved++;
+    return path_solve_sequence(l->scene, l->accel, s->end, cell, count, steps, false, &path, &crossings, &boundary, &s->work.accel);
+}
+
 static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const Footprint *f)
 {
     const TreeLimits *l = s->limits;
@@ -61,9 +76,8 @@ static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const
         for (uint32_t x = from; x < to; x++) {
             double t = 0;
             KellerVec3 p = cell_position(l->cells, x, y);
-            s->work.cells++;
             if (useful && (!sieve_passes(&sieve, p, &t) || (edge && !on_ray_from(beam, test, t, p)))) continue;
-            if (add(s, beam->node, y * l->cells->nx + x)) continue;
+            if (!leads_to(s, count, steps, p) || add(s, beam->node, y * l->cells->nx + x)) continue;
             s->failed = true;
             break;
         }

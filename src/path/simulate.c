@@ -284,6 +284,7 @@ static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Par
     if (status == KELLER_OK && !*full) status = part_sort(p, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
+    s->work->candidates += work.solved;
     s->work->nodes += work.accel.nodes;
     s->work->triangles += work.accel.triangles;
     return status;

@@ -268,7 +268,7 @@ static void search_side(Search *s, int side, int i, int j, int n)
 static bool gather(Search *s, Trie *trie, CellCandidates *candidates, TreeWork *work)
 {
     work->cones += s->work.cones;
-    work->cells += s->work.cells;
+    work->solved += s->work.solved;
     work->accel.nodes += s->work.accel.nodes;
     work->accel.triangles += s->work.accel.triangles;
     if (candidates) candidates->full = candidates->full || s->full;

@@ -32,7 +32,7 @@ typedef struct {
 } TreeLimits;
 
 typedef struct {
-    uint64_t cones, cells;      /* cells: looked at in the footprints of beams */
+    uint64_t cones, solved;     /* solved: sequences, for cells in the footprints of beams */
     KellerAccelWork accel;
 } TreeWork;
 
