@@ -67,11 +67,12 @@ static KellerStatus read_scene(KellerConfigReader *reader, const xmlNode *root)
     return status;
 }
 
-static KellerStatus read_frequencies(KellerConfigReader *reader, const xmlNode *root)
+static KellerStatus read_frequencies(KellerConfigReader *reader, const xmlNode *root, bool is_sound)
 {
     KellerConfig *config = reader->config;
-    static const KellerConfigRange range = {KELLER_MIN_FREQUENCY, KELLER_MAX_FREQUENCY,
-                                            "a frequency from 1 Hz to 1000 THz"};
+    static const KellerConfigRange radio = {KELLER_MIN_FREQUENCY, KELLER_MAX_FREQUENCY, "a frequency from 1 Hz to 1000 THz"};
+    static const KellerConfigRange sound = {KELLER_MIN_FREQUENCY, 1e6, "a frequency from 1 Hz to 1 MHz"};
+    const KellerConfigRange range = is_sound ? sound : radio;
     size_t capacity = 0, line_capacity = 0;
     for (const xmlNode *child = root->children; child; child = child->next) {
         if (!keller_config_is(child, "frequency")) continue;
@@ -292,7 +293,7 @@ static KellerStatus read_document(KellerConfigReader *reader, xmlDocPtr doc, siz
     status = read_scene(reader, root);
     const char *domain = keller_config_attribute(root, "domain");
     bool sound = domain && strcmp(domain, "acoustic") == 0;
-    if (status == KELLER_OK) status = read_frequencies(reader, root);
+    if (status == KELLER_OK) status = read_frequencies(reader, root, sound);
     if (status == KELLER_OK) status = sound ? keller_config_read_sound(reader, root) : read_medium(reader, root);
     if (status == KELLER_OK) status = keller_config_read_materials(reader, root);
     if (status == KELLER_OK) status = read_paths(reader, root);

@@ -85,6 +85,8 @@ static bool mean(const EdgeParts *a, const EdgeParts *b, double least, EdgeParts
 /* ---- a leg ---------------------------------------------------------------------------------------------------------------- */
 
 /* The rays from `source` to the (unfolded) edge on their way from one mirror's plane to the next. */
+static const double shortest_part = 1e-9;   /* of an edge: shorter ones are what rounding leaves beside a shadow's border */
+
 typedef struct {
     const KellerScene *scene;
     KellerVec3 source, origin, direction, across, normal; /* across: from the source to the edge's line; normal to both */
@@ -160,16 +162,26 @@ static void project(Leg *l, KellerVec3 p[2])
     if (z[0] != z[1] && !add(l->parts, lesser(z[0], z[1]), greater(z[0], z[1]), 1)) l->failed = true;
 }
 
+/* How far the triangle reaches beyond a plane, on a side of it. */
+static double reach(const Leg *l, const KellerFace *f, uint32_t triangle, double side)
+{
+    double most = -INFINITY;
+    for (int i = 0; i < 3; i++) most = greater(most, side * from_plane(f, l->scene->vertices[l->scene->triangles[triangle][i]]));
+    return most;
+}
+
 /* Cuts p to where the leg is: behind the plane that it begins in, where the source is not, and before the one it ends in, where it
- * is. False if nowhere. */
-static bool on_leg(const Leg *l, bool behind_begin, KellerVec3 p[2])
+ * is. A triangle that only touches such a plane from the other side is not there; one that stands on it is, down to it. False if
+ * nowhere. */
+static bool on_leg(const Leg *l, bool behind_begin, uint32_t triangle, KellerVec3 p[2])
 {
     const uint32_t bounds[2] = {behind_begin ? l->begin : KELLER_NONE, l->end};
     for (int i = 0; i < 2; i++) {
         if (bounds[i] == KELLER_NONE) continue;
         const KellerFace *f = &l->scene->faces[bounds[i]];
         double side = (from_plane(f, l->source) > 0) == (i == 1) ? 1 : -1;
-        if (!cut(p, side * from_plane(f, p[0]) - l->floor, side * from_plane(f, p[1]) - l->floor)) return false;
+        if (reach(l, f, triangle, side) <= l->floor) return false;
+        if (!cut(p, side * from_plane(f, p[0]) + l->floor, side * from_plane(f, p[1]) + l->floor)) return false;
     }
     return true;
 }
@@ -184,7 +196,7 @@ static double visit_obstacle(void *context, uint32_t triangle, KellerRange range
     if (l->wedge && path_wedge_in_plane(l->scene, l->wedge, plane)) return INFINITY;
     if (l->begin != KELLER_NONE && faces[l->begin].plane == plane) return INFINITY;
     if (l->end != KELLER_NONE && faces[l->end].plane == plane) return INFINITY;
-    if (section(l, triangle, p) && on_leg(l, true, p)) project(l, p);
+    if (section(l, triangle, p) && on_leg(l, true, triangle, p)) project(l, p);
     return INFINITY;
 }
 
@@ -219,7 +231,7 @@ static bool window(Leg *l, double least, EdgeParts *open)
         l->parts = f < l->begin ? &lower : &own;
         for (uint32_t i = scene->faces[f].triangle_begin; i < scene->faces[f].triangle_end; i++) {
             KellerVec3 p[2];
-            if (section(l, scene->face_triangles[i], p) && on_leg(l, false, p)) project(l, p);
+            if (section(l, scene->face_triangles[i], p) && on_leg(l, false, scene->face_triangles[i], p)) project(l, p);
         }
     }
     join(&lower, least);
@@ -255,7 +267,7 @@ static void unfold(const EdgeWay *way, Unfolded *u)
         u->direction[j] = v3_mirror_direction(u->direction[j + 1], f->normal);
     }
     u->floor = greater(path_rounding(scene, way->end), path_rounding(scene, u->source[way->count]));
-    u->least = 4 * u->floor;
+    u->least = greater(4 * u->floor, shortest_part * w->length);
 }
 
 static Leg leg_of(const EdgeWay *way, const Unfolded *u, uint32_t j, double zero)

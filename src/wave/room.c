@@ -19,6 +19,8 @@ size_t keller_room_bands(double rate, double middle[KELLER_ROOM_BANDS])
 /* Seconds for 60 dB, by regression over the decay (dB, falling from 0) between two levels; NaN where it does not reach the lower. */
 static double decay_time(size_t count, const double *decay, double rate, double from, double to)
 {
+    /* what the record lacks after its end, were it to go on as its last tenth does, must be 10 dB below the lower level */
+    size_t tenth = count / 10;
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
     size_t i = 0;
     while (i < count && decay[i] > from) i++;
@@ -32,7 +34,9 @@ static double decay_time(size_t count, const double *decay, double rate, double 
     }
     if (i >= count || n < 2 || !isfinite(decay[i])) return NAN;
     double slope = (n * xy - x * y) / (n * xx - x * x);
-    return slope < 0 ? -60 / slope : NAN;
+    if (!(slope < 0)) return NAN;
+    double last = tenth > 0 ? pow(10, decay[count - tenth] / 10) * rate / (double)tenth : INFINITY; /* energy a second there */
+    return last * 10 / (-slope * log(10)) <= pow(10, (to - 10) / 10) ? -60 / slope : NAN;
 }
 
 KellerRoom keller_room_of_energy(size_t count, const double *energy, double rate, double free_field)
@@ -45,7 +49,7 @@ KellerRoom keller_room_of_energy(size_t count, const double *energy, double rate
         static const double limit[2] = {0.05, 0.08}; /* s */
         for (int j = 0; j < 2; j++) {
             size_t at = (size_t)ceil(limit[j] * rate);
-            early[j] = at < count ? total - decay[at] : total;
+            early[j] = at < count ? total - decay[at] : NAN; /* the record ends before */
         }
         for (size_t i = 0; i < count; i++) decay[i] = 10 * log10(decay[i] / total);
         room.edt = decay_time(count, decay, rate, 0, -10);

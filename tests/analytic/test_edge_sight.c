@@ -277,10 +277,45 @@ static void continuous_and_reciprocal(void **state)
     keller_scene_free(&scene);
 }
 
+/* From a closed room nothing comes out: at its corners an edge's part is exactly where a wall ends. */
+static void closed_room(void **state)
+{
+    (void)state;
+    static const double plan[6][2] = {{0, 0}, {6, 0}, {6, 6}, {4, 6}, {4, 2}, {0, 2}};
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "L");
+    for (int i = 0; i < 6; i++) {
+        const double *a = plan[i], *b = plan[(i + 1) % 6];
+        soup_quad(&soup, v3(a[0], a[1], 0), v3(b[0], b[1], 0), v3(b[0], b[1], 3), v3(a[0], a[1], 3), CONDUCTOR);
+    }
+    for (int z = 0; z <= 3; z += 3) {
+        soup_quad(&soup, v3(0, 0, z), v3(6, 0, z), v3(4, 2, z), v3(0, 2, z), CONDUCTOR);
+        soup_quad(&soup, v3(6, 0, z), v3(6, 6, z), v3(4, 6, z), v3(4, 2, z), CONDUCTOR);
+    }
+    KellerScene scene = rigid_scene(&soup);
+    Random random = random_seeded(5);
+    KellerVec3 out[40] = {{1, 5, 1.2}};
+    for (int i = 1; i < 40; i++) out[i] = v3(random_range(&random, -2, 3.5), random_range(&random, 2.2, 8), random_range(&random, 0.2, 2.8));
+    const KellerVec3 tx[3] = {{1, 1, 1.5}, {1.2, 0.87, 1.5}, {2, 0.5, 1.5}}, in = {5, 5, 1.2};
+    for (int t = 0; t < 3; t++) {
+        Run run = run_new(&tx[t], 40, out, 2, 1, 3);
+        run.frequency[0] = 500;
+        FoundPaths ghosts = run_simulation(&scene, &run);
+        assert_int_equal(ghosts.count, 0);
+        found_free(&ghosts);
+        run = run_new(&tx[t], 1, &in, 2, 1, 3);
+        run.frequency[0] = 500;
+        FoundPaths inside = run_simulation(&scene, &run);
+        assert_true(inside.count > 10);
+        found_free(&inside);
+    }
+    keller_scene_free(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(against_brute_force), cmocka_unit_test(a_plate_before_the_rim),
-                                       cmocka_unit_test(floor_is_a_mirror), cmocka_unit_test(continuous_and_reciprocal)};
+                                       cmocka_unit_test(floor_is_a_mirror), cmocka_unit_test(closed_room), cmocka_unit_test(continuous_and_reciprocal)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

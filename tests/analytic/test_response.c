@@ -213,6 +213,19 @@ static void exponential_decay(void **state)
     room = keller_room_of_energy((size_t)1, energy, rate, 1);
     assert_true(isnan(room.t30) && isnan(room.edt));
     free(energy);
+    /* one that ends before: what it lacks bends the decay */
+    double *cut = malloc(COUNT * sizeof *cut);
+    assert_non_null(cut);
+    for (int i = 0; i < COUNT; i++) cut[i] = exp(-a * i / rate);
+    room = keller_room_of_energy(4800, cut, rate, 1); /* 0.1 s: 8 dB */
+    assert_true(isnan(room.edt) && isnan(room.t20) && isnan(room.t30));
+    room = keller_room_of_energy(24000, cut, rate, 1); /* 0.5 s: 38 dB */
+    assert_true(fabs(room.t20 - T) < 0.02 * T && isnan(room.t30));
+    /* two slopes: each time is that of its own part of the decay. By linear regression in another program */
+    for (int i = 0; i < 96000; i++) cut[i] = exp(-log(1e6) * i / rate / 0.4) + 0.01 * exp(-log(1e6) * i / rate / 1.6);
+    room = keller_room_of_energy(96000, cut, rate, 1);
+    assert_true(fabs(room.edt - 0.43189) < 1e-4 && fabs(room.t20 - 0.79981) < 1e-4 && fabs(room.t30 - 1.20282) < 1e-4);
+    free(cut);
     /* one impulse of 0.1, as in a free field at 10 m: G = 0 dB in every band, all of it early */
     float impulse[24000] = {0};
     impulse[100] = 0.1f;

@@ -147,6 +147,7 @@ def test_odd_places_and_input(folder, shared):
                     assert all(map(math.isfinite, f[name][:].view("f8" if name == "paths/gain" else "f4").ravel())), (place, more, name)
     for change, expected in (
             (("<frequency>250 Hz", "<frequency>0 Hz"), ("c.xml:4", "0 Hz")),
+            (("<frequency>250 Hz", "<frequency>1 THz"), ("c.xml:4", "from 1 Hz to 1 MHz")),
             (('speed="340 m/s"', 'speed="0 m/s"'), ("c.xml:6", "expected 1 m/s")),
             (('speed="340 m/s" absorption="none"', 'temperature="-300 degC"'), ("c.xml:6", "-20 degC to 50 degC")),
             (('speed="340 m/s" absorption="none"', 'humidity="130 %"'), ("c.xml:6", "0 % to 100 %")),
