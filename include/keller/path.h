@@ -103,7 +103,7 @@ typedef struct {
 
 typedef struct {
     uint64_t cones, nodes, triangles, valid_paths, dropped_paths;
-    uint64_t candidates;          /* sequences looked at for a receiver; one that is ruled out for a whole patch counts once */
+    uint64_t candidates;          /* sequences looked at for a receiver or a cell */
     uint64_t boundary_paths;      /* of weight below 1: too close to call, so each with its share */
     uint64_t cornered_paths;      /* of weight below 1/2: on two boundaries at once, where shares are estimates */
     uint64_t crowded_paths;       /* over four or more edges in each other's transition zones, at the lowest frequency */
