@@ -57,15 +57,15 @@ static void fill(Fixture *f, Random *r, double offset, double scale)
     f->scene.contact = keller_scene_contact(100 * scale);
 }
 
-/* Of one to four sources; aimed at a face every other time, or from its very plane, or at its corner. */
+/* Of one source or two; aimed at a face every other time, or from its very plane, or at its corner. */
 static Bundle draw(const Fixture *f, Random *r, double scale)
 {
-    Bundle b = {.source_count = (uint32_t[]){1, 1, 2, 4}[random_u32(r) % 4]};
+    Bundle b = {.source_count = (uint32_t[]){1, 2}[random_u32(r) % 2]};
     KellerVec3 middle = v3_scale(v3_add(f->scene.lower, f->scene.upper), 0.5), at = v3_add(middle, random_point(r, 15 * scale));
     if (random_u32(r) % 8 == 0) at = v3_scale(v3_add(f->vertices[0], f->vertices[2]), 0.5);
-    KellerVec3 x = v3_scale(random_unit(r), scale * random_in(r, 0, 3)), y = v3_scale(random_unit(r), scale * random_in(r, 0, 3));
+    KellerVec3 x = v3_scale(random_unit(r), scale * random_in(r, 0, 3));
     for (uint32_t i = 0; i < b.source_count; i++)
-        b.source[i] = v3_add(at, v3_add(v3_scale(x, i & 1), v3_scale(y, i >> 1)));
+        b.source[i] = v3_madd(at, x, i);
     KellerVec3 axis[3] = {{0, 0, 0}};
     axis[2] = random_u32(r) % 2 ? random_unit(r) : v3_sub(f->vertices[random_u32(r) % 4], at);
     axis[2] = v3_norm(axis[2]) > 0 ? v3_unit(axis[2]) : v3(0, 0, 1);
