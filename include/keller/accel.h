@@ -136,6 +136,7 @@ void keller_accel_rays_nearest(const KellerAccel *accel, size_t count, const Kel
  * the same for keller_accel_cones_nearest and, with one thread, keller_accel_cones: 32 a triangle or eighth of a block of edges,
  * and some 180 a cone. Where they are not to be had, the queries are asked one by one. */
 size_t keller_accel_rays_bytes(const KellerAccel *accel, size_t count, int threads);
+/* As above, of keller_accel_cones_nearest, or of keller_accel_cones with one thread. */
 size_t keller_accel_cones_bytes(const KellerAccel *accel, size_t count, int threads);
 
 typedef bool (*KellerVisitTriangle)(void *context, uint32_t triangle);

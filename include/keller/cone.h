@@ -117,8 +117,11 @@ KellerRange keller_cone_box(const KellerCone *cone, KellerVec3 lower, KellerVec3
 
 /* Boolean forms: true exactly where the range above is not empty. */
 bool keller_cone_meets_plane(const KellerCone *cone, KellerVec3 normal, double offset, KellerRange clip);
+/* As keller_cone_line. */
 bool keller_cone_meets_line(const KellerCone *cone, KellerVec3 p, KellerVec3 direction, KellerRange clip);
+/* As keller_cone_edge. */
 bool keller_cone_meets_edge(const KellerCone *cone, KellerVec3 a, KellerVec3 b, KellerRange clip);
+/* As keller_cone_triangle. */
 bool keller_cone_meets_triangle(const KellerCone *cone, KellerVec3 a, KellerVec3 b, KellerVec3 c, KellerRange clip);
 /* For traversal: never false where keller_cone_box is not empty, but true also for some boxes that pass near the cone. */
 bool keller_cone_meets_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 upper, KellerRange clip);
@@ -126,7 +129,9 @@ bool keller_cone_meets_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 
 /* Containment in the frustum (not clipped further): never false for what is inside; true also for what is outside by no
  * more than the slack. A box or triangle is contained when its vertices are. */
 bool keller_cone_contains(const KellerCone *cone, KellerVec3 p);
+/* All three vertices. */
 bool keller_cone_contains_triangle(const KellerCone *cone, KellerVec3 a, KellerVec3 b, KellerVec3 c);
+/* All eight vertices of [lower, upper]. */
 bool keller_cone_contains_box(const KellerCone *cone, KellerVec3 lower, KellerVec3 upper);
 
 /* ---- eight at a time, in single precision (cone_lanes.c, cone_leaf.c) -------------------------------------------------------- */

@@ -62,18 +62,6 @@ static double stop_if_much(Query *q)
     return q->far;
 }
 
-/* The array with room for one more; as it was, and the search failed, without memory. */
-static void *with_room(Query *q, void *array, uint32_t count, uint32_t *capacity, size_t size)
-{
-    if (count < *capacity) return array;
-    uint32_t more = *capacity ? 2 * *capacity : 32;
-    void *grown = realloc(array, more * size);
-    q->search->failed = q->search->failed || !grown;
-    if (!grown) return array;
-    *capacity = more;
-    return grown;
-}
-
 static double visit_triangle(void *context, uint32_t id, KellerRange range)
 {
     Query *q = context;
@@ -92,7 +80,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (behind_mirror(q, scene, 3, v) || above_or_below(q, v)) return q->far;
     if (bundle_misses(&q->test, 3, v)) return q->far;
-    q->face = with_room(q, q->face, q->faces, &q->face_capacity, sizeof *q->face);
+    q->face = search_room(q->search, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
     s->slot[face] = q->faces;
@@ -140,7 +128,7 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     (void)range;
     if (behind_mirror(q, scene, 2, ends)) return q->far;
     if (bundle_misses(&q->test, 2, ends) || !arrives(&q->beam->bundle, w)) return q->far;
-    q->wedge = with_room(q, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
+    q->wedge = search_room(q->search, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
     if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
     return stop_if_much(q);

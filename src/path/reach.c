@@ -10,7 +10,7 @@ enum {
     HIDING_MOST = 32            /* a beam that meets more faces than this is split at once */
 };
 
-static const size_t CHUNK = 4096; /* candidates between two looks at how many the threads have together */
+static const size_t CHUNK = 64; /* candidates between two looks at how many the threads have together */
 
 static bool add(Search *s, uint32_t node, uint32_t cell)
 {
@@ -102,9 +102,10 @@ void search_cells(Search *s, const Beam *beam)
     BundleTest test = bundle_test(&beam->bundle, scene);
     Footprint f;
     if (!footprint_of(l->cells, &test, mirror, beam_front(beam, scene), &f)) return;
-    uint32_t cells = footprint_cells(l->cells, &f, FEW_CELLS + 1);
+    const uint32_t few = l->split_over ? 1 : FEW_CELLS;
+    uint32_t cells = footprint_cells(l->cells, &f, few + 1);
     if (cells == 0) return;
-    if (cells <= FEW_CELLS) {
+    if (cells <= few) {
         add_cells(s, beam, &test, &f);
         return;
     }

@@ -77,6 +77,8 @@ typedef struct {
     double near;                /* of the cone's z */
 } Piece;
 
+/* The array with room for one more; as it was, and the search failed, without memory. */
+void *search_room(Search *s, void *array, uint32_t count, uint32_t *capacity, size_t size);
 /* The sign of the mirror's side that a reflected beam's rays are on; 0: no mirror, or not to be told. */
 double beam_front(const Beam *beam, const KellerScene *scene);
 /* The beam's cone and where its rays start; false if it is too wide for one cone. `slabs`: that its rays may pass through. Free with

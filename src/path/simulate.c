@@ -1,5 +1,5 @@
-/* A whole simulation. For points each transmitter's tree is searched once, then each receiver's from the other end. For grids the search
- * is from the transmitter alone: it finds the cells that each sequence leads to. Receivers are worked on in parallel in blocks and
+/* A whole simulation. For points each transmitter's tree is searched once, then each receiver's from the other end. For most grids the
+ * search is from the transmitter alone: it finds the cells that each sequence leads to. Receivers are worked on in parallel in blocks and
  * handed out in order. */
 #include <math.h>
 #include <omp.h>
@@ -11,6 +11,7 @@
 #include "path/field.h"
 #include "path/join.h"
 #include "path/level.h"
+#include "path/part.h"
 #include "path/response.h"
 #include "path/scatter.h"
 #include "base/number.h"
@@ -21,15 +22,8 @@ enum {
     TARGET_RECEIVERS = 64,  /* points up to which the transmitter's search is aimed at what they see */
     BATCH = 8192            /* paths handed to the sink at once */
 };
-static const size_t CANDIDATES = 1u << 25; /* of a part of a map; where there are more it is cut in two */
-
-/* What the search for a part of a map found: candidates of its cell c are known.item[begin[c] .. begin[c + 1]). */
-typedef struct {
-    Trie trie;
-    CellCandidates known;
-    size_t *begin;
-    uint32_t x, y, nx, ny;      /* of the grid */
-} Part;
+/* Candidates of a part of a map, about: where there are more, it is cut in two. The second is for tests of small scenes (split_over). */
+static const size_t CANDIDATES = 1u << 25, CANDIDATES_SMALL = 256;
 
 typedef struct {
     const KellerConfig *config;
@@ -87,6 +81,13 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
         free(media);
     }
     return KELLER_OK;
+}
+
+/* Is a set searched from the transmitter alone? Not where the wave may be diffracted twice: then edges would send fans to edges, where
+ * both ends meet on the leg between them and need none. */
+static bool searched_alone(const Simulation *s, const KellerReceiverSet *set)
+{
+    return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1;
 }
 
 /* Slabs that a scattered path may pass through. */
@@ -234,38 +235,6 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     return status;
 }
 
-static void part_free(Part *p)
-{
-    trie_free(&p->trie);
-    free(p->known.item);
-    free(p->begin);
-    *p = (Part){0};
-}
-
-static int compare_candidates(const void *pa, const void *pb)
-{
-    const CellCandidate *a = pa, *b = pb;
-    if (a->cell != b->cell) return a->cell < b->cell ? -1 : 1;
-    return a->node < b->node ? -1 : a->node > b->node;
-}
-
-/* Sorts the candidates by cells, each once. */
-static KellerStatus part_sort(Part *p, KellerError *error)
-{
-    size_t cells = (size_t)p->nx * p->ny, n = p->known.count, at = 0, kept = 0;
-    CellCandidate *item = p->known.item;
-    p->begin = malloc((cells + 1) * sizeof *p->begin);
-    if (!p->begin) return keller_error_memory(error, (cells + 1) * sizeof *p->begin);
-    if (n > 0) qsort(item, n, sizeof *item, compare_candidates);
-    for (size_t c = 0; c < cells; c++) {
-        p->begin[c] = kept;
-        for (; at < n && item[at].cell == c; at++)
-            if (at == 0 || compare_candidates(&item[at - 1], &item[at]) != 0) item[kept++] = item[at];
-    }
-    p->begin[cells] = kept;
-    return KELLER_OK;
-}
-
 /* The search for a part of a grid, whose place is set. *full: it has too many candidates, and nothing is returned. */
 static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Part *p, bool *full, KellerError *error)
 {
@@ -274,7 +243,7 @@ static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Par
     limits.plan = &s->plan[0];
     limits.targets = NULL;
     limits.cells = &grid;
-    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : CANDIDATES;
+    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : limits.split_over ? CANDIDATES_SMALL : CANDIDATES;
     limits.boxes = s->join.boxes;
     TreeWork work = {0};
     double start = omp_get_wtime();
@@ -294,21 +263,12 @@ static KellerStatus run_part(Simulation *s, const KellerReceiverSet *set, Part p
 {
     bool full;
     KellerStatus status = part_search(s, set, &part, &full, error);
-    if (status == KELLER_OK && full) { /* rows first, so that the order stays */
-        Part half[2] = {part, part};
-        if (part.ny > 1) {
-            half[0].ny = part.ny / 2;
-            half[1].y += half[0].ny;
-            half[1].ny -= half[0].ny;
-        } else {
-            half[0].nx = part.nx / 2;
-            half[1].x += half[0].nx;
-            half[1].nx -= half[0].nx;
-        }
+    if (status == KELLER_OK && full) {
+        Part half[2];
+        part_halves(&part, half);
         for (int i = 0; i < 2 && status == KELLER_OK; i++) status = run_part(s, set, half[i], coverage, error);
         return status;
     }
-    /* whole rows, or a part of one: receivers that follow each other */
     uint32_t first = set->first + part.y * set->nx + part.x, cells = part.nx * part.ny;
     for (uint32_t at = 0; at < cells && status == KELLER_OK; at += CELLS)
         status = run_block(s, set, first + at, cells - at < CELLS ? cells - at : CELLS, &part, at, coverage, error);
@@ -327,7 +287,13 @@ static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *err
         coverage_free(&coverage);
         return keller_error(error, KELLER_FAILED, "out of memory for a grid of %u x %u cells", set->ny, set->nx);
     }
-    KellerStatus status = run_part(s, set, (Part){.nx = set->nx, .ny = set->ny}, maps ? &coverage : NULL, error);
+    KellerStatus status = KELLER_OK;
+    if (searched_alone(s, set)) {
+        status = run_part(s, set, (Part){.nx = set->nx, .ny = set->ny}, maps ? &coverage : NULL, error);
+    } else {
+        for (uint32_t at = 0; at < set->count && status == KELLER_OK; at += CELLS)
+            status = run_block(s, set, set->first + at, least(CELLS, set->count - at), NULL, 0, maps ? &coverage : NULL, error);
+    }
     if (status == KELLER_OK && maps) status = s->sink->coverage(s->sink->context, &coverage, error);
     coverage_free(&coverage);
     return status;
@@ -382,7 +348,7 @@ static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *err
     if (s->join.diffractions == 0 || s->join.bends < 2) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
     for (size_t i = 0; i < c->set_count; i++) {
-        if (c->sets[i].kind == KELLER_SET_GRID) continue;
+        if (searched_alone(s, &c->sets[i])) continue;
         total += c->sets[i].count;
         for (uint32_t j = 0; j < c->sets[i].count && n < TARGET_RECEIVERS; j++)
             points[n++] = c->receivers[c->sets[i].first + j].station.position;
@@ -402,8 +368,8 @@ static void forget_forward(Simulation *s)
     s->seen_by_tx = s->seen_by_rx = NULL;
 }
 
-/* The transmitter's side of the search, for points or for grids. */
-static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error)
+/* The transmitter's side of the search: all of it (alone), or to where it meets that of each receiver. */
+static KellerStatus search_forward(Simulation *s, bool alone, KellerError *error)
 {
     const KellerConfig *c = s->config;
     TreeLimits forward = {.scene = s->scene, .accel = s->accel, .tan_aperture = tan(c->cone),
@@ -418,14 +384,14 @@ static KellerStatus search_forward(Simulation *s, bool grids, KellerError *error
     s->edges.limits = forward;
     KellerStatus status = KELLER_OK;
     if (s->whole_edges) status = edge_ways_find(&s->edges, tx, s->work->threads, &s->lit, &work, error);
-    if (grids) plan_alone(c->reflections, s->join.diffractions, &s->plan[0]); /* each part of a grid has its own search */
+    if (alone) plan_alone(c->reflections, s->join.diffractions, &s->plan[0]); /* each part of a grid has its own search */
     else plan_ends(c->reflections, s->join.diffractions, &s->plan[0], &s->plan[1]);
-    if (status == KELLER_OK && !grids) status = find_targets(s, &work, error);
+    if (status == KELLER_OK && !alone) status = find_targets(s, &work, error);
     forward.plan = &s->plan[0];
     s->backward.plan = &s->plan[1];
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
-    if (status == KELLER_OK && !grids) status = ends_search(&s->forward, &forward, tx, s->work->threads, &work, error);
+    if (status == KELLER_OK && !alone) status = ends_search(&s->forward, &forward, tx, s->work->threads, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;
@@ -437,7 +403,7 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
 {
     const KellerConfig *c = s->config;
     KellerStatus status = KELLER_OK;
-    int searched = -1; /* 0: for points, 1: for grids */
+    int searched = -1; /* alone, or not */
     if (s->patches.count > 0) {
         KellerAccelWork work = {0};
         s->seen_count = patches_seen(s->scene, s->accel, c->transmitters[s->tx].station.position, slabs_of_scattered(c),
@@ -446,13 +412,13 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
         s->work->triangles += work.triangles;
     }
     for (uint32_t i = 0; i < c->set_count && status == KELLER_OK;) {
-        bool grid = c->sets[i].kind == KELLER_SET_GRID;
+        bool grid = c->sets[i].kind == KELLER_SET_GRID, alone = searched_alone(s, &c->sets[i]);
         uint32_t end = i + 1;
         while (!grid && end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
-        if (searched != grid) {
+        if (searched != alone) {
             forget_forward(s);
-            status = search_forward(s, grid, error);
-            searched = grid;
+            status = search_forward(s, alone, error);
+            searched = alone;
         }
         if (status == KELLER_OK) status = grid ? run_grid(s, i, error) : run_points(s, i, end, error);
         i = end;

@@ -85,50 +85,58 @@ static void follow(Search *s)
     }
 }
 
-/* Room for a place of each node; false: out of memory. */
-static bool places(Search *s)
+void *search_room(Search *s, void *array, uint32_t count, uint32_t *capacity, size_t size)
+{
+    if (count < *capacity) return array;
+    uint32_t more = *capacity ? 2 * *capacity : 32;
+    void *grown = realloc(array, more * size);
+    s->failed = s->failed || !grown;
+    if (!grown) return array;
+    *capacity = more;
+    return grown;
+}
+
+/* Where the node has its place among the pending ones, which may be another's; NULL, and the search failed, without memory. */
+static uint32_t *place_of(Search *s, uint32_t node)
 {
     if (s->place_capacity < s->trie.capacity) {
         uint32_t *grown = realloc(s->place, s->trie.capacity * sizeof *grown);
-        if (!grown) return false;
+        s->failed = s->failed || !grown;
+        if (!grown) return NULL;
         memset(grown + s->place_capacity, 0, (s->trie.capacity - s->place_capacity) * sizeof *grown);
         s->place = grown;
         s->place_capacity = s->trie.capacity;
     }
-    return true;
+    return &s->place[node];
 }
 
-static bool put_off_fan(Search *s, const PendingFan *f)
+/* Puts the fan off, together with others of its sequence. */
+static void put_off_fan(Search *s, const PendingFan *f)
 {
-    if (!places(s)) return false;
-    uint32_t at = s->place[f->node];
-    if (at < s->fan_count && s->fan[at].node == f->node) {
-        PendingFan *p = &s->fan[at];
+    uint32_t *at = place_of(s, f->node);
+    if (!at) return;
+    if (*at < s->fan_count && s->fan[*at].node == f->node) {
+        PendingFan *p = &s->fan[*at];
         p->from = lesser(p->from, f->from);
         p->to = greater(p->to, f->to);
         p->passed = f->passed < p->passed ? f->passed : p->passed;
-        return true;
+        return;
     }
     if (s->fan_count == PENDING_MOST) follow(s);
-    if (s->fan_count == s->fan_room) {
-        uint32_t room = s->fan_room ? 2 * s->fan_room : 64;
-        PendingFan *grown = realloc(s->fan, room * sizeof *grown);
-        if (!grown) return false;
-        s->fan = grown;
-        s->fan_room = room;
-    }
-    s->place[f->node] = s->fan_count;
+    s->fan = search_room(s, s->fan, s->fan_count, &s->fan_room, sizeof *s->fan);
+    at = place_of(s, f->node); /* following may have moved it */
+    if (s->failed) return;
+    *at = s->fan_count;
     s->fan[s->fan_count++] = *f;
-    return true;
 }
 
 /* Puts the beam off, together with others of its sequence; false if that cannot be. */
 static bool put_off(Search *s, const Beam *b)
 {
-    if (!places(s)) return false;
-    uint32_t at = s->place[b->node];
-    if (at < s->pending_count && s->pending[at].node == b->node) {
-        Pending *p = &s->pending[at];
+    uint32_t *at = place_of(s, b->node);
+    if (!at) return false;
+    if (*at < s->pending_count && s->pending[*at].node == b->node) {
+        Pending *p = &s->pending[*at];
         Slopes both = p->slopes;
         if (!add_slopes(&b->bundle.window, p->along, &both)) return false;
         p->slopes = both;
@@ -139,14 +147,10 @@ static bool put_off(Search *s, const Beam *b)
     memcpy(fresh.source, b->bundle.source, sizeof fresh.source);
     if (!add_slopes(&b->bundle.window, fresh.along, &fresh.slopes)) return false;
     if (s->pending_count == PENDING_MOST) follow(s);
-    if (s->pending_count == s->pending_room) {
-        uint32_t room = s->pending_room ? 2 * s->pending_room : 64;
-        Pending *grown = realloc(s->pending, room * sizeof *grown);
-        if (!grown) return false;
-        s->pending = grown;
-        s->pending_room = room;
-    }
-    s->place[b->node] = s->pending_count;
+    s->pending = search_room(s, s->pending, s->pending_count, &s->pending_room, sizeof *s->pending);
+    at = place_of(s, b->node);
+    if (s->failed) return false;
+    *at = s->pending_count;
     s->pending[s->pending_count++] = fresh;
     return true;
 }
@@ -202,8 +206,8 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
         if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
             const Bundle *in = &q->beam->bundle;
             PendingFan fan = {node, q->wedge[i], q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0], piece.from, piece.to};
-            if (in->source_count > 1 || !put_off_fan(s, &fan))
-                search_fan(s, node, fan.wedge, fan.from, fan.to, in->source_count, in->source, fan.passed);
+            if (in->source_count == 1) put_off_fan(s, &fan);
+            else search_fan(s, node, fan.wedge, fan.from, fan.to, 2, in->source, fan.passed);
         }
     }
 }
