@@ -255,11 +255,11 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
     return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
 }
 
-KellerStatus join_known(const JoinLimits *limits, const Trie *trie, uint32_t count, const CellCandidate *known, KellerVec3 tx,
+KellerStatus join_known(const JoinLimits *limits, const Trie *trie, const CellCandidate *known, size_t begin, size_t end, KellerVec3 tx,
                         KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error)
 {
     bool ok = solve_sequence(limits, tx, rx, 0, NULL, list, work);
-    for (uint32_t i = 0; i < count && ok; i++) {
+    for (size_t i = begin; i < end && ok; i++) {
         StepCode codes[MOST];
         KellerStep steps[MOST];
         uint32_t length = trie_steps(trie, known[i].node, codes);

@@ -36,8 +36,8 @@ typedef struct {
 /* Finds all paths from tx to rx and appends them to the list, in arbitrary order. KELLER_FAILED: memory. */
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, KellerVec3 rx, PathList *list,
                        JoinWork *work, KellerError *error);
-/* The same where the candidates are known: the line of sight and `count` sequences of the trie. */
-KellerStatus join_known(const JoinLimits *limits, const Trie *trie, uint32_t count, const CellCandidate *known, KellerVec3 tx,
+/* The same where the candidates are known: the line of sight and the sequences known[begin .. end) of the trie. */
+KellerStatus join_known(const JoinLimits *limits, const Trie *trie, const CellCandidate *known, size_t begin, size_t end, KellerVec3 tx,
                         KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error);
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error);

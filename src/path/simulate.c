@@ -113,8 +113,7 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     if (status != KELLER_OK) return status;
     double middle = omp_get_wtime();
     if (part) {
-        size_t begin = part->begin[cell], count = part->begin[cell + 1] - begin;
-        status = join_known(&join, &part->trie, (uint32_t)count, part->known.item + begin, from, to, list, &join_work, error);
+        status = join_known(&join, &part->trie, part->known.item, part->begin[cell], part->begin[cell + 1], from, to, list, &join_work, error);
     } else {
         status = join_ends(&join, &s->forward, &backward, from, to, list, &join_work, error);
         ends_free(&backward);
