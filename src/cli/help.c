@@ -97,7 +97,7 @@ static const Help verbs[] = {
      "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
      "                         neither objects nor materials\n"
      "      --force            replace an existing file, but never the scene to convert\n"},
-    {"bench", "keller bench cone|accel|masks|batch|accuracy|acoustics|nexthit|stability [--csv] [options]",
+    {"bench", "keller bench cone|accel|masks|batch|accuracy|acoustics|nexthit|paths|stability [--csv] [options]",
      "Runs a suite of measurements and prints its table; the times are of one thread.\n"
      "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
      "  --cases N              cases for each test; default: 1e8\n"
@@ -134,6 +134,14 @@ static const Help verbs[] = {
      "  --rays N, --seed N     how many; of the random numbers\n"
      "  --half-angle DEG       cones too\n"
      "  --peer embree          also Embree's methods, in the same process\n"
+     "  paths: whole runs, each in a process of its own: time, counts and memory by scene, orders, receivers and threads\n"
+     "  --scene FILE           a scene, or --city TRIANGLES: a generated one; --orders R,D,I: reflections, diffractions,\n"
+     "                         interactions; --receivers N, points over streets, or --cells N, a map; --threads N; each may\n"
+     "                         be given again, and all combinations are run\n"
+     "  --transmitter X,Y,Z, --step M, --seed N\n"
+     "                         in metres; default: near the middle; between cells (2 m); of the random places\n"
+     "  --limit S              ends a run that takes longer; default: 600\n"
+     "  --keep FOLDER          leaves the last configuration and result there\n"
      "  stability: the paper's formulas as printed beside the tests of this library\n"
      "  --csv                  as CSV\n"},
     {"help", "keller help [VERB]", "Prints this help, or that of a verb.\n"},
