@@ -143,6 +143,7 @@ static void look_around(const KellerScene *scene, const KellerAccel *accel, Kell
         s->all++;
         s->way[s->count].most = transmissions;
         s->way[s->count].count = 0;
+        s->way[s->count].blocker = NULL;
         if (path_solve_sequence(scene, accel, t, r, count, steps, true, &other, &s->way[s->count], &boundary, work)) see(s);
     }
 }
@@ -172,6 +173,7 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     if (transmissions > KELLER_MAX_INTERACTIONS - count) transmissions = (uint32_t)(KELLER_MAX_INTERACTIONS - count); /* room in a path */
     crossings.most = transmissions;
     crossings.count = 0;
+    crossings.blocker = NULL;
     if (!path_solve_sequence(scene, accel, tx, rx, count, steps, false, &path, &crossings, &boundary, work)) return true;
     find_free_ends(scene, accel, &path, work);
     if (boundary) return solve_around(scene, accel, tx, rx, count, steps, transmissions, &path, found, context, work);

@@ -110,6 +110,13 @@ uint32_t footprint_cells(const CellGrid *g, const Footprint *f, uint32_t most)
     return n < most ? n : most;
 }
 
+KellerVec3 footprint_middle(const CellGrid *g, const Footprint *f)
+{
+    KellerVec3 p = v3(0, 0, 0.5 * (g->low + g->high));
+    for (uint32_t i = 0; i < f->corners; i++) p = v3_add(p, v3(f->corner[2 * i] / f->corners, f->corner[2 * i + 1] / f->corners, 0));
+    return p;
+}
+
 KellerRange footprint_extent(const CellGrid *g, const Footprint *f, KellerVec3 origin, KellerVec3 direction)
 {
     KellerRange r = {INFINITY, -INFINITY};

@@ -39,6 +39,8 @@ bool footprint_cut(const CellGrid *grid, KellerVec3 normal, double offset, Footp
 void footprint_row(const CellGrid *grid, const Footprint *footprint, uint32_t row, uint32_t *from, uint32_t *to);
 /* The number of cells, counted up to `most`. */
 uint32_t footprint_cells(const CellGrid *grid, const Footprint *footprint, uint32_t most);
+/* A point about in the middle of it, at the cells' mean height. */
+KellerVec3 footprint_middle(const CellGrid *grid, const Footprint *footprint);
 /* Bounds of direction . (p - origin) over its points, at the cells' heights. */
 KellerRange footprint_extent(const CellGrid *grid, const Footprint *footprint, KellerVec3 origin, KellerVec3 direction);
 #endif

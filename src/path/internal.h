@@ -65,6 +65,8 @@ typedef struct {
 
 typedef struct {
     uint32_t most;              /* allowed, <= KELLER_MAX_INTERACTIONS */
+    uint32_t *blocker;          /* NULL, or by number of leg the triangle that was last in such a leg's way, or KELLER_NONE: tried first
+                                   where no slab may be passed through, as it mostly is in the way of the next one too */
     uint32_t count;
     Crossing at[KELLER_MAX_INTERACTIONS];   /* in order along the path */
 } Crossings;

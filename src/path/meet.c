@@ -187,6 +187,44 @@ bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
     return true;
 }
 
+typedef struct {
+    Query *q;
+    KellerVec3 a, d;            /* the segment is a + t d, t in [0, 1] */
+    double near;
+    uint32_t plane;             /* that it ends in: its faces are not in the way */
+    bool met;
+} Stop;
+
+static bool visit_stop(void *context, uint32_t id)
+{
+    Stop *s = context;
+    const Query *q = s->q;
+    const KellerScene *scene = q->search->limits->scene;
+    const uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane, *t = scene->triangles[id];
+    if (plane == s->plane || (q->beam->mirror != KELLER_NONE && scene->faces[q->beam->mirror].plane == plane)) return false;
+    if (q->beam->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[q->beam->wedge], plane)) return false;
+    KellerVec3 v[3];
+    int positive = 0, negative = 0;
+    for (int i = 0; i < 3; i++) v[i] = v3_sub(scene->vertices[t[i]], s->a);
+    for (int i = 0; i < 3; i++) {
+        bool up = v3_dot(s->d, v3_cross(v[i], v[(i + 1) % 3])) >= 0;
+        positive += up;
+        negative += !up;
+    }
+    if (positive && negative) return false;
+    double far;
+    s->met = true;
+    return face_blocks(q, scene, face, &far) && far < s->near;
+}
+
+bool query_hides(Query *q, KellerVec3 a, KellerVec3 b, double near, uint32_t plane, bool *met)
+{
+    Stop s = {.q = q, .a = a, .d = v3_sub(b, a), .near = near, .plane = plane};
+    bool hides = keller_accel_segment(q->search->limits->accel, a, b, 0, visit_stop, &s, &q->search->work.accel);
+    *met = s.met;
+    return hides;
+}
+
 void query_free(Query *q)
 {
     free(q->face);

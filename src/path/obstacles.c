@@ -14,6 +14,7 @@ typedef struct {
     double length;
     double floor;               /* m: rounding of coordinates */
     bool grazes;
+    uint32_t blocker;
     Crossings *crossings;
 } Test;
 
@@ -36,7 +37,10 @@ static bool meet(Test *test, uint32_t triangle)
 {
     Crossings *c = test->crossings;
     uint32_t face = test->scene->triangle_face[triangle], sheets = test->scene->triangle_sheets[triangle];
-    if (sheets > c->most - c->count || !path_lets_through(test->scene, face)) return true;
+    if (sheets > c->most - c->count || !path_lets_through(test->scene, face)) {
+        test->blocker = triangle;
+        return true;
+    }
     for (uint32_t i = 0; i < sheets; i++)
         c->at[c->count++] = (Crossing){.leg = test->leg->number, .face = face, .triangle = triangle};
     return false;
@@ -163,13 +167,16 @@ bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const P
     if (test.length <= test.floor) return true;
     double margin = leg->strict ? test.floor : greater(test.floor, KELLER_BOUNDARY_ANGLE * test.length);
     uint32_t begin = crossings->count;
+    uint32_t *known = crossings->most == 0 && crossings->blocker ? &crossings->blocker[leg->number] : NULL;
     bool blocked = false;
+    if (known && *known != KELLER_NONE && visit(&test, *known)) return false;
     /* where nothing may be passed through, any obstacle will do */
     if (crossings->most == 0 || !one_by_one(&test, accel, margin, &blocked, work)) {
         crossings->count = begin;
         blocked = keller_accel_segment(accel, test.a, v3_add(leg->b, leg->lift), margin, visit, &test, work);
     }
     if (test.grazes) *grazes = true;
+    if (blocked && known) *known = test.blocker;
     if (!blocked && crossings->count - begin > 1) sort(&test, begin);
     else if (!blocked && crossings->count > begin) crossings->at[begin].at = crossings->at[begin].face;
     return !blocked;

@@ -6,11 +6,13 @@
 #include "path/solve.h"
 
 enum {
-    FEW_CELLS = 5000,             /* to look for what hides so many would take longer than to look at each */
-    HIDING_MOST = 32            /* a beam that meets more faces than this is split at once */
+    FEW = 128,                   /* cells, about: to look for what hides so many would take longer than to look at each */
+    MANY = 4                    /* times as many are not looked at before what may hide some of them is */
 };
 
 static const size_t CHUNK = 64; /* candidates between two looks at how many the threads have together */
+
+static uint32_t few_of(const TreeLimits *l) { return l->split_over ? 1 : FEW; }
 
 static bool add(Search *s, uint32_t node, uint32_t cell)
 {
@@ -45,7 +47,7 @@ static bool on_ray_from(const Beam *beam, const BundleTest *test, double t, Kell
 }
 
 /* Is there a path of these steps to the cell? They will be solved again, cell by cell, but most are none. */
-static bool leads_to(Search *s, uint32_t count, const KellerStep *steps, KellerVec3 cell)
+static bool leads_to(Search *s, uint32_t count, const KellerStep *steps, KellerVec3 cell, uint32_t *blocker)
 {
     const TreeLimits *l = s->limits;
     const uint32_t left = l->interactions - count;
@@ -54,6 +56,7 @@ static bool leads_to(Search *s, uint32_t count, const KellerStep *steps, KellerV
     bool boundary = false;
     crossings.most = l->transmissions < left ? l->transmissions : left;
     crossings.count = 0;
+    crossings.blocker = blocker;
     s->work.solved++;
     return path_solve_sequence(l->scene, l->accel, s->end, cell, count, steps, false, &path, &crossings, &boundary, &s->work.accel);
 }
@@ -63,9 +66,10 @@ static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const
     const TreeLimits *l = s->limits;
     StepCode codes[KELLER_MAX_BENDS];
     KellerStep steps[KELLER_MAX_BENDS];
-    uint32_t count = trie_steps(&s->trie, beam->node, codes);
+    uint32_t count = trie_steps(&s->trie, beam->node, codes), blocker[KELLER_MAX_BENDS + 1];
     for (uint32_t i = 0; i < count; i++)
         steps[i] = (KellerStep){code_is_wedge(codes[i]) ? KELLER_DIFFRACTION : KELLER_REFLECTION, code_id(codes[i])};
+    for (uint32_t i = 0; i <= count; i++) blocker[i] = KELLER_NONE;
     Sieve sieve;
     bool useful;
     bool edge = beam->bundle.source_count > 1;
@@ -77,64 +81,102 @@ static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const
             double t = 0;
             KellerVec3 p = cell_position(l->cells, x, y);
             if (useful && (!sieve_passes(&sieve, p, &t) || (edge && !on_ray_from(beam, test, t, p)))) continue;
-            if (!leads_to(s, count, steps, p) || add(s, beam->node, y * l->cells->nx + x)) continue;
+            if (!leads_to(s, count, steps, p, blocker) || add(s, beam->node, y * l->cells->nx + x)) continue;
             s->failed = true;
             break;
         }
     }
 }
 
-static void halve(Search *s, const Beam *beam)
+/* The two halves of a beam: of its window, or of the piece of edge that it comes from where that is longer than the window is wide at
+ * `distance` (m). None where both are shorter than a quarter of the cells' spacing: what hides so little is found cell by cell. */
+static int sharper(const Beam *beam, double distance, const CellGrid *cells, Beam half[2])
 {
-    Beam half[2];
-    int n = beam_halves(beam, half);
-    for (int i = 0; i < n && !s->failed; i++) search_cells(s, &half[i]);
+    const KellerVec3 *v = beam->bundle.source;
+    KellerVec3 across;
+    const double wide = window_width(&beam->bundle.window, &across) * distance;
+    const double piece = beam->bundle.source_count > 1 ? v3_distance(v[0], v[1]) : 0;
+    if (!(greater(wide, piece) > 0.25 * cells->step)) return 0;
+    if (wide > piece) return beam_halves(beam, half);
+    half[0] = half[1] = *beam;
+    half[0].bundle.source[1] = half[1].bundle.source[0] = v3_scale(v3_add(v[0], v[1]), 0.5);
+    half[0].piece[1] = half[1].piece[0] = 0.5 * (beam->piece[0] + beam->piece[1]);
+    return 2;
+}
+
+static KellerVec3 source_middle(const Bundle *b)
+{
+    return b->source_count > 1 ? v3_scale(v3_add(b->source[0], b->source[1]), 0.5) : b->source[0];
+}
+
+/* Where the ray from the (image of the) source to b leaves its mirror, if it has one. */
+static KellerVec3 start_of(const Beam *beam, const KellerScene *scene, KellerVec3 b)
+{
+    KellerVec3 a = source_middle(&beam->bundle), p;
+    return beam->mirror != KELLER_NONE && path_cross_plane(&scene->faces[beam->mirror], a, b, &p) ? p : a;
+}
+
+void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node)
+{
+    const TreeLimits *l = s->limits;
+    const KellerFace *f = &l->scene->faces[face];
+    Beam after = *before, half[2];
+    after.node = node;
+    after.mirror = face;
+    after.wedge = KELLER_NONE;
+    bundle_mirror(&after.bundle, f);
+    BundleTest test = bundle_test(&after.bundle, l->scene);
+    Footprint foot;
+    Query q;
+    KellerRange at;
+    double steep;
+    int halves = 0;
+    if (s->failed || !footprint_of(l->cells, &test, f, beam_front(&after, l->scene), &foot)) return;
+    if (footprint_cells(l->cells, &foot, few_of(l) + 1) > few_of(l) && l->transmissions == 0 && query_of(&q, s, before, 0)) {
+        if (bundle_crossing(&before->bundle, f, q.cone.origin, q.cone.directrix, &at, &steep)) {
+            KellerVec3 b, from = source_middle(&before->bundle), d = window_middle(&before->bundle.window);
+            b = v3_madd(from, d, (f->offset - v3_dot(f->normal, from)) / v3_dot(f->normal, d));
+            bool met;
+            if (query_hides(&q, start_of(before, l->scene, b), b, at.near, f->plane, &met)) {
+                query_free(&q);
+                return;
+            }
+            if (met) halves = sharper(before, at.far - q.start_near, l->cells, half);
+        }
+        query_free(&q);
+    }
+    for (int i = 0; i < halves; i++) search_mirrored(s, &half[i], face, node);
+    if (halves == 0) search_cells(s, &after);
 }
 
 void search_cells(Search *s, const Beam *beam)
 {
     const TreeLimits *l = s->limits;
-    const KellerScene *scene = l->scene;
-    const KellerFace *mirror = beam->mirror != KELLER_NONE ? &scene->faces[beam->mirror] : NULL;
+    const KellerFace *mirror = beam->mirror != KELLER_NONE ? &l->scene->faces[beam->mirror] : NULL;
     const uint32_t left = l->interactions - pattern_length(s->trie.nodes[beam->node].pattern);
-    const uint32_t slabs = l->transmissions < left ? l->transmissions : left;
-    if (s->failed || beam->passed > slabs) return;
-    BundleTest test = bundle_test(&beam->bundle, scene);
+    if (s->failed || beam->passed > (l->transmissions < left ? l->transmissions : left)) return;
+    BundleTest test = bundle_test(&beam->bundle, l->scene);
     Footprint f;
-    if (!footprint_of(l->cells, &test, mirror, beam_front(beam, scene), &f)) return;
-    const uint32_t few = l->split_over ? 1 : FEW_CELLS;
-    uint32_t cells = footprint_cells(l->cells, &f, few + 1);
-    if (cells == 0) return;
-    if (cells <= few) {
-        add_cells(s, beam, &test, &f);
-        return;
-    }
+    Beam half[2];
     Query q;
-    if (!query_of(&q, s, beam, slabs - beam->passed)) {
-        halve(s, beam);
-        return;
+    int halves = 0;
+    if (!footprint_of(l->cells, &test, mirror, beam_front(beam, l->scene), &f)) return;
+    const uint32_t many = MANY * few_of(l), cells = footprint_cells(l->cells, &f, many + 1);
+    if (cells > few_of(l) && l->transmissions == 0) {
+        if (!query_of(&q, s, beam, 0)) {
+            halves = beam_halves(beam, half);
+        } else {
+            KellerRange at = footprint_extent(l->cells, &f, q.cone.origin, q.cone.directrix);
+            KellerVec3 b = footprint_middle(l->cells, &f);
+            bool met;
+            if (query_hides(&q, start_of(beam, l->scene, b), b, at.near, KELLER_NONE, &met)) {
+                query_free(&q);
+                return;
+            }
+            if (met || cells > many) halves = sharper(beam, at.far - q.start_near, l->cells, half);
+            query_free(&q);
+        }
     }
-    KellerVec3 across;
-    KellerRange at = footprint_extent(l->cells, &f, q.cone.origin, q.cone.directrix);
-    double touch = 4 * scene->contact, first = INFINITY, last = -INFINITY; /* the sources' heights */
-    for (uint32_t j = 0; j < beam->bundle.source_count; j++) {
-        first = lesser(first, beam->bundle.source[j].z);
-        last = greater(last, beam->bundle.source[j].z);
-    }
-    if (first > l->cells->high) q.lowest = l->cells->low - touch;  /* what is behind the cells hides none of them */
-    if (last < l->cells->low) q.highest = l->cells->high + touch;
-    q.much = HIDING_MOST;
-    q.may_split = window_width(&beam->bundle.window, &across) * at.far > q.cone.x0;
-    q.far = at.far + touch;
-    query_faces(&q);
-    bool hidden = at.near > q.far, some = false;
-    for (uint32_t i = 0; i < q.faces; i++) some = some || q.face[i].near <= q.far;
-    double far = q.far;
-    const bool split = !hidden && q.may_split && (some || q.too_much);
-    KellerVec3 origin = q.cone.origin, directrix = q.cone.directrix;
-    query_free(&q);
-    if (s->failed || hidden) return;
-    if (split) halve(s, beam);
-    else if (!(far < at.far) || footprint_cut(l->cells, directrix, far + touch + v3_dot(directrix, origin), &f))
-        add_cells(s, beam, &test, &f);
+    for (int i = 0; i < halves; i++) search_cells(s, &half[i]);
+    if (halves == 0) add_cells(s, beam, &test, &f);
 }

@@ -85,6 +85,9 @@ double beam_front(const Beam *beam, const KellerScene *scene);
  * query_free. */
 bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
 void query_free(Query *q);
+/* Does a face that the segment from a to b meets stop all of the beam before `near` (m along the cone's directrix)? Faces in `plane` do
+ * not count. *met: whether the segment meets anything. Costs little more than a ray. */
+bool query_hides(Query *q, KellerVec3 a, KellerVec3 b, double near, uint32_t plane, bool *met);
 /* Collects the faces met, and q->far behind those that all rays meet, or sets too_much. */
 void query_faces(Query *q);
 /* Collects the wedges met in front of q->far, of this accelerator. */
@@ -99,6 +102,9 @@ void search_beam(Search *s, const Beam *beam);
 void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to, uint32_t count, const KellerVec3 *source, uint32_t passed);
 /* Adds the cells that the beam may reach. */
 void search_cells(Search *s, const Beam *beam);
+/* The same for a beam that runs to the face and is mirrored there, its sequence then `node`; narrowed to the face. Parts of it that do
+ * not get there are left out. */
+void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node);
 /* The two halves of the beam's window; fewer where one is empty. */
 int beam_halves(const Beam *beam, Beam half[2]);
 #endif

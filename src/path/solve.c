@@ -214,14 +214,6 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
             if (steps[i].kind == KELLER_DIFFRACTION || steps[i + 1].kind == KELLER_DIFFRACTION) return false;
             *boundary = true;
         }
-    for (size_t i = 0; i < count; i++) {
-        if (steps[i].kind == KELLER_DIFFRACTION) continue;
-        if (!border[i] && !path_owns(scene, accel, steps[i].id, at[i], work)) return false;
-        if (!border[i] || strict) continue;
-        /* a station on a border: neither of the faces there can be told to reflect */
-        if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
-        if (path_runs_along_border(scene, accel, path, i, rounding, work)) return false;
-    }
     /* slabs are met in order along the path; where there can be none, the last leg, of which a search knows least, comes first */
     for (size_t k = 0; k <= count; k++) {
         size_t i = crossings->most > 0 ? k : count - k;
@@ -240,6 +232,14 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
             passes = path_leg_passes(scene, accel, &leg, crossings, boundary, work);
         }
         if (!passes) return false;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (steps[i].kind == KELLER_DIFFRACTION) continue;
+        if (!border[i] && !path_owns(scene, accel, steps[i].id, at[i], work)) return false;
+        if (!border[i] || strict) continue;
+        /* a station on a border: neither of the faces there can be told to reflect */
+        if (v3_distance(tx, path->position[i]) <= rounding || v3_distance(rx, path->position[i]) <= rounding) return false;
+        if (path_runs_along_border(scene, accel, path, i, rounding, work)) return false;
     }
     return true;
 }

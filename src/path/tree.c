@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "path/lit.h"
 
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
@@ -20,8 +21,8 @@ static const double NEARBY = 0.025;         /* where most of what is seen is, in
 
 static void process(Search *s, const Beam *beam);
 
-/* The beam that a face reflects; false: none. */
-static bool reflected(const Query *q, const HitFace *hit, const KellerScene *scene, Beam *b)
+/* The beam that a face reflects, in front of it and behind; false: none. */
+static bool reflected(const Query *q, const HitFace *hit, const KellerScene *scene, Beam *before, Beam *b)
 {
     const KellerFace *f = &scene->faces[hit->face];
     *b = *q->beam;
@@ -32,6 +33,7 @@ static bool reflected(const Query *q, const HitFace *hit, const KellerScene *sce
         at.near > q->far + 4 * scene->contact / steep)
         return false;
     b->passed += slabs_before(&q->slabs, hit->near);
+    *before = *b;
     b->mirror = hit->face;
     b->wedge = KELLER_NONE;
     bundle_mirror(&b->bundle, f);
@@ -183,19 +185,22 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     /* pieces of an edge are different sources */
     const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(pattern) == 0 && pattern_length(pattern) > 0;
     for (uint32_t i = 0; i < q->faces && use & PLAN_FACE && !s->failed; i++) {
-        Beam child;
-        if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &child)) continue;
+        Beam before, child;
+        if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &before, &child)) continue;
         child.node = trie_child(&s->trie, q->beam->node, code_face(q->face[i].face));
         if (child.node == KELLER_NONE) {
             s->failed = true;
             break;
         }
-        if (l->cells && after_face & PLAN_WANT) search_cells(s, &child);
+        if (l->cells && after_face & PLAN_WANT) search_mirrored(s, &before, q->face[i].face, child.node);
         if (after_face & (PLAN_FACE | PLAN_WEDGE) && (!put_offs || !put_off(s, &child))) process(s, &child);
     }
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
         if (!query_piece(q, q->wedge[i], &piece)) continue;
+        if (q->beam->bundle.source_count == 1 && !lit_part(l, q->beam->bundle.source[0], q->beam->mirror, q->wedge[i], &piece.from, &piece.to,
+                                                           &s->work.accel))
+            continue;
         uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
         if (node == KELLER_NONE) {
             s->failed = true;
