@@ -70,14 +70,13 @@ static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const
     bool useful;
     bool edge = beam->bundle.source_count > 1;
     if (!sieve_make(&sieve, l->scene, l->boxes, s->end, count, steps, edge ? beam->piece : NULL, &useful)) return;
-    for (uint32_t y = f->row; y < f->end && !s->failed; y++) {
-        uint32_t from, to;
-        footprint_row(l->cells, f, y, &from, &to);
-        for (uint32_t x = from; x < to; x++) {
+    for (CellRun run = {0}; !s->failed && footprint_next(l->cells, f, &run);) {
+        for (uint32_t x = run.from; x < run.to; x++) {
             double t = 0;
-            KellerVec3 p = cell_position(l->cells, x, y);
+            KellerVec3 p = cell_position(l->cells, x, run.row);
+            if (!footprint_has(l->cells, f, p)) continue;
             if (useful && (!sieve_passes(&sieve, p, &t) || (edge && !on_ray_from(beam, test, t, p)))) continue;
-            if (!leads_to(s, count, steps, p) || add(s, beam->node, y * l->cells->nx + x)) continue;
+            if (!leads_to(s, count, steps, p) || add(s, beam->node, run.row * l->cells->nx + x)) continue;
             s->failed = true;
             break;
         }
@@ -115,16 +114,18 @@ void search_cells(Search *s, const Beam *beam)
         return;
     }
     KellerVec3 across;
+    const KellerRange heights = footprint_extent(l->cells, &f, v3(0, 0, 0), v3(0, 0, 1));
     KellerRange at = footprint_extent(l->cells, &f, q.cone.origin, q.cone.directrix);
     double touch = 4 * scene->contact, first = INFINITY, last = -INFINITY; /* the sources' heights */
     for (uint32_t j = 0; j < beam->bundle.source_count; j++) {
         first = lesser(first, beam->bundle.source[j].z);
         last = greater(last, beam->bundle.source[j].z);
     }
-    if (first > l->cells->high) q.lowest = l->cells->low - touch;  /* what is behind the cells hides none of them */
-    if (last < l->cells->low) q.highest = l->cells->high + touch;
+    if (first > heights.far) q.lowest = heights.near - touch;  /* what is behind the cells hides none of them */
+    if (last < heights.near) q.highest = heights.far + touch;
     q.much = HIDING_MOST;
-    q.may_split = window_width(&beam->bundle.window, &across) * at.far > q.cone.x0;
+    /* on a surface cells may lie behind one another: what is narrower than one parts none */
+    q.may_split = window_width(&beam->bundle.window, &across) * at.far > greater(q.cone.x0, l->cells->heights ? l->cells->step : 0);
     q.far = at.far + touch;
     query_faces(&q);
     bool hidden = at.near > q.far, some = false;

@@ -207,6 +207,27 @@ static bool alike(const Found *a, const Found *b, double tolerance, bool reverse
     return true;
 }
 
+static bool same_path(const Found *a, const Found *b, size_t frequencies)
+{
+    return a->rx == b->rx && a->count == b->count && memcmp(a->step, b->step, a->count * sizeof *a->step) == 0 && a->length == b->length &&
+           memcmp(a->gain, b->gain, frequencies * sizeof *a->gain) == 0;
+}
+
+bool found_same(const FoundPaths *a, const FoundPaths *b, size_t frequencies)
+{
+    size_t i = 0; /* both come sorted by transmitter, receiver, delay, steps */
+    while (i < a->count && i < b->count && same_path(&a->path[i], &b->path[i], frequencies)) i++;
+    if (i == a->count && i == b->count) return true;
+    printf("# %zu paths and %zu paths, of which the first %zu are the same\n", a->count, b->count, i);
+    for (int k = 0; k < 2; k++) {
+        const FoundPaths *found = k ? b : a;
+        char text[256];
+        if (i < found->count)
+            printf("# then rx %u, %s\n", found->path[i].rx, path_text(found->path[i].count, found->path[i].step, text, sizeof text));
+    }
+    return false;
+}
+
 static void print_only(const char *where, const Found *p)
 {
     char text[256];

@@ -78,7 +78,7 @@ static void test_directions_are_those_of_libm(void **state)
 static void test_the_same_definition_makes_the_same_scene(void **state)
 {
     (void)state;
-    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_LAYERS; kind++)
+    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_TERRAIN; kind++)
         for (int star = 0; star < (kind == KELLER_GENERATE_CITY ? 2 : 1); star++) {
             KellerGenerate def = keller_generate_defaults((KellerGenerateKind)kind);
             def.star = star;
@@ -380,7 +380,7 @@ static KellerSoup round_trip(const KellerSoup *soup, const char *name)
 static void test_generated_scenes_are_read_back_as_they_were(void **state)
 {
     (void)state;
-    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_LAYERS; kind++) {
+    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_TERRAIN; kind++) {
         KellerGenerate def = keller_generate_defaults((KellerGenerateKind)kind);
         def.star = true;
         KellerSoup soup = made(&def), obj = round_trip(&soup, "a.obj"), ply = round_trip(&obj, "a.ply");
