@@ -194,7 +194,8 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
             fprintf(script, "$map matrix using (%.17g + $1 * %.17g):(%.17g + $2 * %.17g):3 with image", map.x[0], step,
                     map.y[0], step);
         else fputs("NaN with lines", script);
-        if (contours > 0) fputs(", $contours using 1:2 with lines lw 0.9 lc rgb '#40ffffff'", script);
+        if (contours > 0) /* to be seen on light and on dark */
+            fputs(", $contours using 1:2 with lines lw 2 lc rgb '#80ffffff', '' using 1:2 with lines lw 0.7 lc rgb '#60000000'", script);
         fputs(outline ? ", $outline using 1:2 with lines lw 1.2 lc rgb '#202020'\n" : "\n", script);
     }
     map_free(&map);
