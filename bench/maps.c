@@ -2,9 +2,9 @@
  * cells of it.
  *
  * usage: keller-bench-maps [--csv] [--scene FILE] [--tx X,Y,Z] [--z Z | --height H] [--cells N] [--points N] [--seed N]
- *                          [--reflections N] [--diffractions N] [--interactions N] [--threads N]
+ *                          [--radius R] [--reflections N] [--diffractions N] [--interactions N] [--threads N]
  *
- * The map is of about N cells (4000) over the scene's box, at z = 1.5 m, or at a height over whatever is highest there; points (1000) are
+ * The map is of about N cells (4000) over the scene's box, or what of it is in a square of 2 R around the transmitter, at z = 1.5 m, or at a height over whatever is highest there; points (1000) are
  * taken by chance from its cells in the open, those with nothing straight above. A row each for the map and the points: time, paths at those
  * cells; then how many of the cells have the same paths, bit for bit in steps, lengths and gains, and the largest difference of the path gain,
  * relative to the greater one. Exit status 1 if a cell differs. */
@@ -24,7 +24,7 @@
 typedef struct {
     const char *scene;
     KellerVec3 tx;
-    double z, height;           /* m; height 0: at z */
+    double z, height, radius;   /* m; height 0: at z */
     uint32_t cells, points, reflections, diffractions, interactions, threads;
     uint64_t seed;
     bool csv;
@@ -114,13 +114,16 @@ static double run(const Options *o, const KellerScene *scene, const KellerAccel 
 /* The cells of a grid over the scene's box, begun at a place by chance. */
 static KellerReceiverSet lay_out(const Options *o, const KellerScene *scene, Random *random, KellerConfig *config)
 {
-    double width = scene->upper.x - scene->lower.x, depth = scene->upper.y - scene->lower.y;
+    double x[2] = {greater(scene->lower.x, o->tx.x - o->radius), lesser(scene->upper.x, o->tx.x + o->radius)};
+    double y[2] = {greater(scene->lower.y, o->tx.y - o->radius), lesser(scene->upper.y, o->tx.y + o->radius)};
+    double width = x[1] - x[0], depth = y[1] - y[0];
+    if (!(width > 0 && depth > 0)) stop(o->scene, "is not around the transmitter");
     KellerReceiverSet set = {.id = (char[]){"map"}, .kind = KELLER_SET_GRID, .z = o->z, .draped = o->height > 0, .height = o->height};
     set.step = sqrt(width * depth / o->cells);
-    set.x0 = scene->lower.x + random_range(random, 0.05, 0.95) * set.step;
-    set.y0 = scene->lower.y + random_range(random, 0.05, 0.95) * set.step;
-    set.nx = (uint32_t)greater(1, floor((scene->upper.x - set.x0) / set.step));
-    set.ny = (uint32_t)greater(1, floor((scene->upper.y - set.y0) / set.step));
+    set.x0 = x[0] + random_range(random, 0.05, 0.95) * set.step;
+    set.y0 = y[0] + random_range(random, 0.05, 0.95) * set.step;
+    set.nx = (uint32_t)greater(1, floor((x[1] - set.x0) / set.step));
+    set.ny = (uint32_t)greater(1, floor((y[1] - set.y0) / set.step));
     set.count = set.nx * set.ny;
     config->receivers = room(set.count, sizeof *config->receivers);
     config->receiver_count = set.count;
@@ -203,7 +206,7 @@ static bool compare(const Options *o)
 
 int main(int argc, char **argv)
 {
-    Options o = {.scene = "../shared/scenes/sionna/munich/munich.xml", .tx = v3(8.5, 21, 27), .z = 1.5, .cells = 4000, .points = 1000,
+    Options o = {.scene = "../shared/scenes/sionna/munich/munich.xml", .tx = v3(8.5, 21, 27), .z = 1.5, .radius = INFINITY, .cells = 4000, .points = 1000,
                  .reflections = 2, .diffractions = 1, .interactions = 2, .seed = 1};
     for (int i = 1; i < argc; i++) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : "";
@@ -217,6 +220,7 @@ int main(int argc, char **argv)
             if (strcmp(name, counts[k].name) == 0) *counts[k].number = (uint32_t)strtoul(value, NULL, 10), known = true;
         if (strcmp(name, "--seed") == 0) o.seed = strtoull(value, NULL, 10), known = true;
         if (strcmp(name, "--z") == 0) o.z = strtod(value, NULL), known = true;
+        if (strcmp(name, "--radius") == 0) o.radius = strtod(value, NULL), known = true;
         if (strcmp(name, "--height") == 0) o.height = strtod(value, NULL), known = true;
         if (strcmp(name, "--scene") == 0) o.scene = value, known = true;
         if (strcmp(name, "--tx") == 0) known = sscanf(value, "%lf,%lf,%lf", &o.tx.x, &o.tx.y, &o.tx.z) == 3;

@@ -22,8 +22,8 @@ enum {
     TARGET_RECEIVERS = 64,  /* points up to which the transmitter's search is aimed at what they see */
     BATCH = 8192            /* paths handed to the sink at once */
 };
-/* Candidates of a part of a map, about: where there are more, it is cut in two. The second is for tests of small scenes (split_over). */
-static const size_t CANDIDATES = 1u << 25, CANDIDATES_SMALL = 256;
+/* Candidates of a part of a map, about: where there are more, it is cut in two. The second, times split_over, is for tests of small scenes. */
+static const size_t CANDIDATES = 1u << 25, CANDIDATES_SMALL = 64;
 static const double SEARCH_SHARE = 0.9;  /* of the time that a map takes, about: the rest is the fields */
 
 typedef struct {
@@ -256,7 +256,7 @@ static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Par
     limits.plan = &s->plan[0];
     limits.targets = NULL;
     limits.cells = &grid;
-    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : limits.split_over ? CANDIDATES_SMALL : CANDIDATES;
+    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : limits.split_over ? CANDIDATES_SMALL * limits.split_over : CANDIDATES;
     limits.boxes = s->join.boxes;
     const double cells = (double)p->nx * p->ny;
     const Advance piece = {report, s, s->done / s->total, (s->done + SEARCH_SHARE * cells) / s->total};

@@ -425,7 +425,7 @@ def test_h5py_reads_every_dataset(folder, shared):
             "interactions/wedge": ("u4", (I,), None),
             "coverage/map/path_gain": ("f8", (T, F, NY, NX), "1"), "coverage/map/delay_spread": ("f8", (T, NY, NX), "s"),
             "coverage/map/strongest_delay": ("f8", (T, NY, NX), "s"), "coverage/map/x": ("f8", (NX,), "m"),
-            "coverage/map/y": ("f8", (NY,), "m"),
+            "coverage/map/y": ("f8", (NY,), "m"), "coverage/map/z": ("f8", (NY, NX), "m"),
         }
         for name, (kind, shape, unit) in expected.items():
             data = f[name]
@@ -457,6 +457,7 @@ def test_h5py_reads_every_dataset(folder, shared):
         # what the numbers mean: 30 dBm is 1 W; rx1 is 5.123 m from tx1 on the line of sight
         assert list(f["receivers/id"].asstr()) == ["rx1"] + [f"walk[{i}]" for i in range(3)] + [f"map[{i}]" for i in range(15)]
         assert f["transmitters/power"][0] == 1 and list(f["coverage/map/x"]) == [-4, -2, 0, 2, 4]
+        assert (f["coverage/map/z"][()] == 1.5).all()
         first = (f["paths/tx"][()] == 0) & (f["paths/rx"][()] == 0)
         length = numpy.sqrt(5 ** 2 + 1 ** 2 + 0.5 ** 2)
         assert abs(f["paths/length"][first].min() - length) < 1e-12 * length
@@ -685,6 +686,56 @@ def test_a_text_of_four_gigabytes_is_not_believed(folder, shared):
         run.returncode = os.waitstatus_to_exitcode(status)
         assert run.returncode == BAD_INPUT and "bad.h5" in error, (verb, run.returncode, error)
         assert usage.ru_maxrss < 1 << 20, (verb, usage.ru_maxrss)    # KiB: below 1 GiB
+
+
+# ---- maps that follow the ground ------------------------------------------------------------------------------------
+
+
+HILL = """o hill
+v -4 -2 1
+v 2 -2 4
+v 2 2 4
+v -4 2 1
+f 1 2 3 4
+o roof
+v -1 -1 8
+v 1 -1 8
+v 1 1 8
+v -1 1 8
+f 5 6 7 8
+"""
+
+
+def test_a_map_follows_the_ground(folder, shared):
+    """The hill is z = 3 + x/2 up to x = 2 m: columns x = -4, -2, 0, 2 of the map have ground, x = 4 has none."""
+    (folder / "hill.obj").write_text(HILL)
+    over = CONFIG.replace("scene.obj", "hill.obj").replace("STEP", "2 m").replace('z="2 m"', 'z="12 m"').replace(
+        '  <receivers id="walk" file="walk.csv"/>\n', "")
+    over = over.replace('<grid id="map" z="1.5 m">', '<grid id="map" height="1.5 m"> <over object="hill"/>')
+    (folder / "hill.xml").write_text(over)
+    (folder / "all.xml").write_text(over.replace('<over object="hill"/>', ""))
+    (folder / "wrong.xml").write_text(over.replace('object="hill"', 'object="hil"'))
+    done = expect(keller("check", "hill.xml", cwd=folder), DONE).stdout
+    for words in ['1.5 m over object "hill", z from 2.5 to 5.5 m', "3 of 15 cells have no surface below them: NaN"]:
+        assert words in done, done
+    expect(keller("check", "wrong.xml", cwd=folder), BAD_INPUT, "wrong.xml:11", '"hil"', 'did you mean "hill"?')
+    try:
+        import h5py
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    for name, middle in [("hill", 4.5), ("all", 9.5)]:
+        assert "3 of 15 cells" in expect(keller("run", name + ".xml", cwd=folder), DONE).stdout
+        with h5py.File(folder / (name + ".h5")) as f:
+            z, gain = f["coverage/map/z"][()], f["coverage/map/path_gain"][()]
+            for column, expected in enumerate([2.5, 3.5, 4.5, 5.5]):
+                assert (abs(z[[0, 2], column] - expected) < 1e-12).all(), z
+            assert z[1, 2] == middle and (z[:, 4] != z[:, 4]).all(), z
+            assert (gain[:, :, :, 4] != gain[:, :, :, 4]).all() and (gain[:, :, :, :4] > 0).all(), gain
+            assert (f["receivers/position"][1:, 2].reshape(3, 5)[:, :4] == z[:, :4]).all()
+    need_gnuplot()
+    expect(keller("plot", "hill.h5", "-o", "hill.svg", cwd=folder), DONE)
+    text = (folder / "hill.svg").read_text()
+    assert "z = 2.5 to 5.5 m" in text and "lines of equal height every 0.5 m" in text
 
 
 # ---- plot ---------------------------------------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ static void random_terrains(void **state)
 {
     (void)state;
     size_t paths = 0, nowhere = 0;
-    for (uint64_t seed = 1; seed <= 8; seed++) {
+    for (uint64_t seed = 1; seed <= 6; seed++) {
         Random random = random_seeded(4200 + seed);
         KellerSoup soup = random_terrain(&random, seed % 2);
         KellerScene scene = scene_of(&soup);
@@ -91,7 +91,7 @@ static void random_terrains(void **state)
         soup_release(&soup);
     }
     print_message("# %zu paths; %zu cells nowhere\n", paths, nowhere);
-    assert_true(paths > 10000 && nowhere > 20);
+    assert_true(paths > 8000 && nowhere > 20);
 }
 
 int main(void)
