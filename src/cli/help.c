@@ -65,12 +65,16 @@ static const Help verbs[] = {
      "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
-    {"export", "keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
-     "Writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
+    {"export", "keller export RESULT.h5 [--grid ID] -o FILE.csv|FILE.json|FILE.xdmf [--force]\n"
+     "       keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
+     "Writes maps for other programs. .csv: a row a transmitter, frequency and cell; .json: the same as arrays; .xdmf: a description\n"
+     "for ParaView of where in the result the scene and all maps are, which it needs at hand.\n"
+     "Or writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
      "free-field pressure at 1 m. What would be beyond 1 is scaled down as a whole, and said so.\n"
      "  --tx ID                the transmitter; default: the first\n"
      "  --rx ID                the receiver (\"walk[3]\": a point of a route); default: the first\n"
-     "  -o, --output FILE      the sound file\n"
+     "  --grid ID              the map; default: the first\n"
+     "  -o, --output FILE      the file; its ending says which kind\n"
      "      --force            replace an existing file\n"},
     {"scene",
      "keller scene generate city [--seed N] [--blocks N | --triangles N] [--layout grid|star] -o FILE [--force]\n"
