@@ -87,7 +87,10 @@ static void random_terrains(void **state)
         Random random = random_seeded(4200 + seed);
         KellerSoup soup = random_terrain(&random, seed % 2);
         KellerScene scene = scene_of(&soup);
-        KellerVec3 rx[CELLS], tx = v3(random_range(&random, 0, 8), random_range(&random, 0, 8), random_range(&random, 1, 9));
+        KellerVec3 rx[CELLS], tx;
+        tx.x = random_range(&random, 0, 8);
+        tx.y = random_range(&random, 0, 8);
+        tx.z = random_range(&random, 1, 9);
         const bool wide = seed % 2;
         const double step = seed % 4 < 2 ? 0.5 : random_range(&random, 0.3, 0.5), aside = 2 * random_below(&random, 3);
         const char *terrain = scene.objects[2]; /* after box and screen */
