@@ -84,6 +84,14 @@ static KellerStatus keep_coverage(void *context, const KellerCoverage *coverage,
     return KELLER_OK;
 }
 
+static void keep_progress(void *context, double fraction)
+{
+    FoundPaths *found = context;
+    found->went_back = found->went_back || !(fraction >= found->progress && fraction <= 1);
+    found->progress = fraction;
+    found->reports++;
+}
+
 FoundPaths run_simulation(const KellerScene *scene, const Run *run)
 {
     char id[] = "x", text[] = "";
@@ -140,7 +148,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     KellerAccel *accel = NULL;
     KellerError error = {0};
     KellerSimulationWork work = {0};
-    KellerSink sink = {.context = &found, .paths = keep_paths, .coverage = keep_coverage};
+    KellerSink sink = {.context = &found, .paths = keep_paths, .coverage = keep_coverage, .progress = keep_progress};
     if (keller_accel_build(run->accelerator ? run->accelerator : "auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
     if (keller_simulate(&config, scene, accel, &sink, &work, &error) != KELLER_OK) stop("keller_simulate", &error);
     keller_accel_free(accel);

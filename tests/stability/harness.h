@@ -43,6 +43,9 @@ typedef struct {
     Found *path; /* in the order they came */
     size_t coverage_count;
     double coverage[8]; /* path gain of the first grid points at the first frequency */
+    size_t reports;     /* of how far it is, the last being `progress` */
+    double progress;
+    bool went_back;     /* a report said less than one before, or more than all */
     KellerSimulationWork work;
 } FoundPaths;
 

@@ -72,6 +72,7 @@ static size_t map_against_points(const KellerScene *scene, KellerVec3 tx, const 
         run.split_over = 4 * pass;
         FoundPaths grid = run_simulation(scene, &run);
         assert_true(found_same(&points, &grid, run.frequency_count));
+        assert_true(grid.progress == 1 && !grid.went_back && grid.reports > 20);
         found_free(&grid);
     }
     size_t count = points.count;
