@@ -28,6 +28,13 @@ typedef struct {
 
 typedef enum { KELLER_SET_POINT, KELLER_SET_ROUTE, KELLER_SET_GRID } KellerSetKind;
 
+/* What a grid counts as the surface that it lies over: an object of the scene or a material. */
+typedef struct {
+    char *name;
+    bool is_object;
+    int line;                   /* for messages */
+} KellerSurfaceName;
+
 /* A named set of receivers: one point, a route from a file, or a grid (row y by row y, x fastest). */
 typedef struct {
     char *id;
@@ -35,6 +42,12 @@ typedef struct {
     uint32_t ny, nx;            /* grid only, else 0 */
     uint32_t first, count;      /* range in receivers */
     double x0, y0, z, step;     /* grid only: centre of the first cell, height, spacing; m */
+    bool draped;                /* grid only: each cell lies `height` over the scene's surface at its x, y; z is NaN, and so is that of
+                                   all its receivers until keller_config_drape has seen the scene */
+    double height;              /* m */
+    size_t surface_count;
+    KellerSurfaceName *surfaces; /* what counts as surface; none: everything */
+    uint32_t nowhere;           /* cells without a surface, by keller_config_drape */
     char *file;                 /* route only: the path of its file, else NULL */
 } KellerReceiverSet;
 

@@ -5,6 +5,7 @@
 #include "keller/antenna.h"
 #include "keller/cone.h"
 #include "keller/config.h"
+#include "keller/drape.h"
 #include "keller/error.h"
 #include "keller/geo.h"
 #include "keller/material.h"

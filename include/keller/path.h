@@ -89,7 +89,7 @@ typedef struct {
     uint32_t *interaction_triangle, *interaction_wedge;  /* KELLER_NONE where it does not apply */
 } KellerPathBatch;
 
-/* Sums over the paths of one transmitter at every point of one grid. */
+/* Sums over the paths of one transmitter at every point of one grid; NaN where there is none (KellerReceiverSet.draped). */
 typedef struct {
     uint32_t tx, set;
     uint32_t ny, nx;
@@ -127,7 +127,7 @@ typedef struct {
  * ranges), without simulating. */
 KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error);
 
-/* Finds all paths and hands them to the sink. */
+/* Finds all paths and hands them to the sink. A receiver whose z is NaN has none. */
 KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
                              const KellerSink *sink, KellerSimulationWork *work, KellerError *error);
 #endif

@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *const suites[] = {"accel", "accuracy", "acoustics", "batch", "cone", "masks", "nexthit", "paths", "stability"};
+static const char *const suites[] = {"accel", "accuracy", "acoustics", "batch", "cone", "maps", "masks", "nexthit", "paths", "stability"};
 
 /* Where the programs are, from the folder of this one: in the build's tree, or where both were installed. */
 static const char *const places[] = {"../../bench", "../libexec/keller"};

@@ -24,6 +24,7 @@ KellerStatus keller_cli_check(int argc, char **argv, KellerError *error)
         if (status == KELLER_OK) {
             keller_print_configuration(&prepared.config);
             keller_print_scene(&prepared.soup, &prepared.scene, true);
+            keller_print_surfaces(&prepared.config);
             keller_print_opaque(&prepared.config, &prepared.scene);
             keller_print_strips(&prepared.config, &prepared.scene);
             printf("would trace %zu transmitter%s to %zu receiver%s at %zu frequenc%s; nothing was simulated\n",

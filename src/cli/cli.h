@@ -86,6 +86,8 @@ void keller_prepared_free(KellerPrepared *prepared);
 /* The table of what was read and what will be computed, on standard output. */
 void keller_print_configuration(const KellerConfig *config);
 void keller_print_scene(const KellerSoup *soup, const KellerScene *scene, bool notes);
+/* Where the cells of draped grids came to lie. */
+void keller_print_surfaces(const KellerConfig *config);
 /* A note where transmissions are asked for and no face of the scene lets anything through. */
 void keller_print_opaque(const KellerConfig *config, const KellerScene *scene);
 typedef struct {

@@ -65,18 +65,23 @@ static const Help verbs[] = {
      "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
-    {"export", "keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
-     "Writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
+    {"export", "keller export RESULT.h5 [--grid ID] -o FILE.csv|FILE.json|FILE.xdmf [--force]\n"
+     "       keller export RESULT.h5 [--tx ID] [--rx ID] -o FILE.wav [--force]",
+     "Writes maps for other programs. .csv: a row a transmitter, frequency and cell; .json: the same as arrays; .xdmf: a description\n"
+     "for ParaView of where in the result the scene and all maps are, which it needs at hand.\n"
+     "Or writes the impulse response of a pair as a sound file: one channel of 32-bit floats at the rate of <response>, 1 being the\n"
      "free-field pressure at 1 m. What would be beyond 1 is scaled down as a whole, and said so.\n"
      "  --tx ID                the transmitter; default: the first\n"
      "  --rx ID                the receiver (\"walk[3]\": a point of a route); default: the first\n"
-     "  -o, --output FILE      the sound file\n"
+     "  --grid ID              the map; default: the first\n"
+     "  -o, --output FILE      the file; its ending says which kind\n"
      "      --force            replace an existing file\n"},
     {"scene",
      "keller scene generate city [--seed N] [--blocks N | --triangles N] [--layout grid|star] -o FILE [--force]\n"
      "       keller scene generate random|slivers-sphere [--seed N] [--triangles N] [--size S] -o FILE [--force]\n"
      "       keller scene generate hair [--seed N] [--strands N] [--size S] -o FILE [--force]\n"
      "       keller scene generate layers [--seed N] [--count N] [--size S] -o FILE [--force]\n"
+     "       keller scene generate terrain [--seed N] [--triangles N] [--count N] [--size S] -o FILE [--force]\n"
      "       keller scene convert SCENE -o FILE [--force]\n"
      "       keller scene stats SCENE",
      "generate makes a scene, the same for the same options on every machine:\n"
@@ -85,6 +90,7 @@ static const Help verbs[] = {
      "  slivers-sphere  a closed sphere of thin triangles\n"
      "  hair            curled strips of 31 thin triangles each\n"
      "  layers          walls behind one another, with windows; 130 triangles each, and the z axis meets them all\n"
+     "  terrain         hills over a square, of about N triangles, with houses on them\n"
      "convert writes a scene in another format. SCENE is .obj, .ply, .stl, .off, or Mitsuba XML. stats prints what a\n"
      "mesh consists of and what had to be repaired.\n"
      "  --seed N               of all chance; default: 1\n"
@@ -92,12 +98,12 @@ static const Help verbs[] = {
      "  --triangles N          default: 10000; for a city, as many blocks as have about N triangles\n"
      "  --layout LAYOUT        grid (default), or star: avenues that meet in a roundabout\n"
      "  --strands N            hairs; default: 1000\n"
-     "  --count N              walls; default: 64\n"
-     "  --size S               the scene's width in metres; default: 10\n"
+     "  --count N              walls; default: 64. Houses on a terrain, where they find room; default: 0\n"
+     "  --size S               the scene's width in metres; default: 10, of a terrain 500\n"
      "  -o, --output FILE      .obj holds all; .ply (binary, double precision) and .stl (binary, single precision) hold\n"
      "                         neither objects nor materials\n"
      "      --force            replace an existing file, but never the scene to convert\n"},
-    {"bench", "keller bench cone|accel|masks|batch|accuracy|acoustics|nexthit|paths|stability [--csv] [options]",
+    {"bench", "keller bench cone|accel|maps|masks|batch|accuracy|acoustics|nexthit|paths|stability [--csv] [options]",
      "Runs a suite of measurements and prints its table; the times are of one thread.\n"
      "  cone: each test of the cone against an exact answer, and its time, by half-angle and eccentricity\n"
      "  --cases N              cases for each test; default: 1e8\n"
@@ -115,6 +121,12 @@ static const Help verbs[] = {
      "  --spatial SHARE, --cost RATIO\n"
      "                         how to build (keller/accel.h)\n"
      "  --peer embree          also Embree, in the same process, for rays\n"
+     "  maps: a map, searched from the transmitter alone, against points at random cells of it\n"
+     "  --scene FILE, --tx X,Y,Z, --z Z, --height H, --radius R\n"
+     "                         default: munich, 8.5,21,27, cells at 1.5 m; or so high over whatever is highest;\n"
+     "                         cells no farther in x and y from the transmitter\n"
+     "  --cells N, --points N, --reflections N, --diffractions N, --interactions N, --threads N, --seed N\n"
+     "                         default: about 4000, 1000; 2, 1, 2; all processors, 1\n"
      "  masks: what the masks of bvh+mask and bvh8+mask spare and cost, by kind of mask\n"
      "  --scene FILE, --random N, --hair N\n"
      "                         as for accel\n"

@@ -24,39 +24,38 @@ static size_t character(const unsigned char *text)
     return length;
 }
 
-static void put_json(const char *text)
+void keller_put_json(FILE *out, const char *text)
 {
-    putchar('"');
+    fputc('"', out);
     for (const unsigned char *c = (const unsigned char *)text; *c;) {
         size_t length = character(c);
-        if (length == 0) fputs("\\ufffd", stdout);
-        else if (*c == '"' || *c == '\\') printf("\\%c", *c);
-        else if (*c < 32) printf("\\u%04x", *c);
-        else fwrite(c, 1, length, stdout);
+        if (length == 0) fputs("\\ufffd", out);
+        else if (*c == '"' || *c == '\\') fprintf(out, "\\%c", *c);
+        else if (*c < 32) fprintf(out, "\\u%04x", *c);
+        else fwrite(c, 1, length, out);
         c += length ? length : 1;
     }
-    putchar('"');
+    fputc('"', out);
 }
 
-static void put_csv(const char *text)
+void keller_put_csv(FILE *out, const char *text)
 {
     if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, stdout);
+        fputs(text, out);
         return;
     }
-    putchar('"');
+    fputc('"', out);
     for (; *text; ++text) {
-        if (*text == '"') putchar('"');
-        putchar(*text);
+        if (*text == '"') fputc('"', out);
+        fputc(*text, out);
     }
-    putchar('"');
+    fputc('"', out);
 }
 
-/* JSON knows no infinities. */
-static void put_json_number(double value)
+void keller_put_json_number(FILE *out, double value)
 {
-    if (isfinite(value)) printf("%.17g", value);
-    else fputs("null", stdout);
+    if (isfinite(value)) fprintf(out, "%.17g", value);
+    else fputs("null", out);
 }
 
 static void receiver_name(const KellerResultInfo *info, uint32_t rx, char *name, size_t size)
@@ -95,7 +94,7 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
         fputs("{\"frequencies_Hz\": [", stdout);
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             if (f) fputs(", ", stdout);
-            put_json_number(info->frequencies[f]);
+            keller_put_json_number(stdout, info->frequencies[f]);
         }
         fputs("], \"paths\": [", stdout);
         break;
@@ -121,9 +120,9 @@ static void print_table(const KellerResultInfo *info, const KellerPathRow *row, 
 
 static void print_csv(const KellerResultInfo *info, const KellerPathRow *row, const char *rx, const char *sequence)
 {
-    put_csv(info->transmitter_ids[row->tx]);
+    keller_put_csv(stdout, info->transmitter_ids[row->tx]);
     putchar(',');
-    put_csv(rx);
+    keller_put_csv(stdout, rx);
     printf(",%s,%.17g,%.17g", sequence, row->length, row->delay);
     for (uint64_t f = 0; f < info->frequency_count; ++f)
         printf(",%.12g,%.12g,%.12g", keller_decibel(cabs(row->gain[f])), carg(row->gain[f]) * degrees, row->doppler[f]);
@@ -135,19 +134,19 @@ static void print_json(const KellerPathPrinter *printer, const KellerPathRow *ro
 {
     const KellerResultInfo *info = printer->info;
     fputs(printer->printed ? ",\n {\"tx\": " : "\n {\"tx\": ", stdout);
-    put_json(info->transmitter_ids[row->tx]);
+    keller_put_json(stdout, info->transmitter_ids[row->tx]);
     fputs(", \"rx\": ", stdout);
-    put_json(rx);
+    keller_put_json(stdout, rx);
     printf(", \"sequence\": \"%s\", \"length_m\": ", sequence);
-    put_json_number(row->length);
+    keller_put_json_number(stdout, row->length);
     fputs(", \"delay_s\": ", stdout);
-    put_json_number(row->delay);
+    keller_put_json_number(stdout, row->delay);
     static const char *const names[] = {"gain_dB", "phase_deg", "doppler_Hz"};
     for (int what = 0; what < 3; ++what) {
         printf(", \"%s\": [", names[what]);
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             if (f) fputs(", ", stdout);
-            put_json_number(what == 0   ? keller_decibel(cabs(row->gain[f]))
+            keller_put_json_number(stdout, what == 0   ? keller_decibel(cabs(row->gain[f]))
                             : what == 1 ? carg(row->gain[f]) * degrees
                                         : row->doppler[f]);
         }
@@ -158,7 +157,7 @@ static void print_json(const KellerPathPrinter *printer, const KellerPathRow *ro
                                               "arrival_azimuth_deg"};
     for (int i = 0; i < 4; ++i) {
         printf(", \"%s\": ", angle_names[i]);
-        put_json_number(angles[i] * degrees);
+        keller_put_json_number(stdout, angles[i] * degrees);
     }
     putchar('}');
 }

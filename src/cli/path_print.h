@@ -1,6 +1,7 @@
 /* cli/path_print.h -- paths as a table, as CSV and as JSON, and the ids that select them. */
 #ifndef KELLER_CLI_PATH_PRINT_H
 #define KELLER_CLI_PATH_PRINT_H
+#include <stdio.h>
 #include "io/path_rows.h"
 
 typedef enum { KELLER_PATHS_TABLE, KELLER_PATHS_CSV, KELLER_PATHS_JSON } KellerPathFormat;
@@ -22,4 +23,8 @@ KellerStatus keller_find_transmitter(const KellerResultInfo *info, const char *f
  * none. */
 KellerStatus keller_find_receiver(const KellerResultInfo *info, const char *file, const char *id, size_t *set,
                                   int64_t *index, KellerError *error);
+/* A text in quotes, what is not UTF-8 replaced; as a field of CSV, quoted if need be; a number, null where it is not finite. */
+void keller_put_json(FILE *out, const char *text);
+void keller_put_csv(FILE *out, const char *text);
+void keller_put_json_number(FILE *out, double value);
 #endif

@@ -3,6 +3,7 @@
 #include <string.h>
 #include "base/progress.h"
 #include "cli/cli.h"
+#include "keller/drape.h"
 #include "keller/path.h"
 #include "keller/resolve.h"
 
@@ -45,6 +46,7 @@ KellerStatus keller_prepare_scene(KellerPrepared *p, KellerError *error)
     p->scene.air = p->config.air;
     p->scene.transmissions = p->config.transmissions;
     p->scene.sound = p->config.sound;
+    if (status == KELLER_OK) status = keller_config_drape(&p->config, &p->scene, error);
     if (status == KELLER_OK) status = keller_simulation_check(&p->config, &p->scene, error);
     p->seconds_read = read - start;
     p->seconds_scene = keller_seconds() - read;

@@ -238,6 +238,7 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
     }
     if (status == KELLER_OK) {
         keller_print_scene(&p->soup, &p->scene, o->verbose);
+        keller_print_surfaces(&p->config);
         keller_print_opaque(&p->config, &p->scene);
         keller_print_strips(&p->config, &p->scene);
         keller_summary_print(&run.summary, &p->config);

@@ -23,6 +23,7 @@ static const struct {
     [KELLER_GENERATE_SLIVERS] = {"slivers-sphere", ALWAYS | BIT(TRIANGLES) | BIT(SIZE)},
     [KELLER_GENERATE_HAIR] = {"hair", ALWAYS | BIT(STRANDS) | BIT(SIZE)},
     [KELLER_GENERATE_LAYERS] = {"layers", ALWAYS | BIT(COUNT) | BIT(SIZE)},
+    [KELLER_GENERATE_TERRAIN] = {"terrain", ALWAYS | BIT(TRIANGLES) | BIT(COUNT) | BIT(SIZE)},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
@@ -50,7 +51,7 @@ static KellerStatus kind_of(const char *name, Wanted *w, KellerError *error)
         return KELLER_OK;
     }
     return keller_usage(error, "scene",
-                        "generate: unknown \"%.60s\"; expected city, random, slivers-sphere, hair or layers", name);
+                        "generate: unknown \"%.60s\"; expected city, random, slivers-sphere, hair, layers or terrain", name);
 }
 
 static KellerStatus option(Wanted *w, int what, const char *value, KellerError *error)
@@ -62,7 +63,9 @@ static KellerStatus option(Wanted *w, int what, const char *value, KellerError *
     case BLOCKS: return whole("--blocks", value, 1, 10000000, &def->blocks, error);
     case TRIANGLES: return whole("--triangles", value, 1, 100000000, &def->triangles, error);
     case STRANDS: return whole("--strands", value, 1, 10000000, &def->strands, error);
-    case COUNT: return whole("--count", value, 1, 1000000, &def->sheets, error);
+    case COUNT:
+        if (def->kind == KELLER_GENERATE_TERRAIN) return whole("--count", value, 0, KELLER_GENERATE_HOUSES, &def->houses, error);
+        return whole("--count", value, 1, 1000000, &def->sheets, error);
     case LAYOUT:
         def->star = strcmp(value, "star") == 0;
         if (def->star || strcmp(value, "grid") == 0) return KELLER_OK;
@@ -87,7 +90,7 @@ static KellerStatus parse(int argc, char **argv, Wanted *w, KellerError *error)
         kind = value;
     }
     if (!kind)
-        return keller_usage(error, "scene", "generate: city, random, slivers-sphere, hair or layers is expected");
+        return keller_usage(error, "scene", "generate: city, random, slivers-sphere, hair, layers or terrain is expected");
     KellerStatus status = kind_of(kind, w, error);
     arguments = (KellerArguments){.verb = "scene", .argc = argc, .argv = argv};
     for (int what; status == KELLER_OK &&
@@ -124,6 +127,10 @@ static void recipe(const KellerGenerate *def, char *text, size_t size)
         break;
     case KELLER_GENERATE_LAYERS:
         snprintf(text, size, " --count %llu --size %.17g", (unsigned long long)def->sheets, def->size);
+        break;
+    case KELLER_GENERATE_TERRAIN:
+        snprintf(text, size, " --triangles %llu --count %llu --size %.17g", (unsigned long long)def->triangles,
+                 (unsigned long long)def->houses, def->size);
         break;
     }
 }

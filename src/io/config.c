@@ -45,6 +45,8 @@ void keller_config_free(KellerConfig *config)
     for (size_t i = 0; i < config->set_count; i++) {
         free(config->sets[i].id);
         free(config->sets[i].file);
+        for (size_t k = 0; k < config->sets[i].surface_count; k++) free(config->sets[i].surfaces[k].name);
+        free(config->sets[i].surfaces);
     }
     free(config->sets);
     free(config->receivers);

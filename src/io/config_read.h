@@ -100,6 +100,11 @@ KellerStatus keller_config_read_receiver(KellerConfigReader *reader, const xmlNo
 KellerStatus keller_config_read_grid(KellerConfigReader *reader, const xmlNode *node);
 KellerStatus keller_config_read_route(KellerConfigReader *reader, const xmlNode *node);
 
+/* ---- config_over.c ---- */
+
+/* The height of a <grid> over the ground, and what counts as ground: the grid becomes draped. */
+KellerStatus keller_config_read_over(const KellerConfigReader *reader, const xmlNode *node, KellerReceiverSet *set);
+
 /* ---- config_route.c ---- */
 
 /* Reads the points of a route from a CSV file, relative to nothing (a full path), at most `limit` of them. `node` is

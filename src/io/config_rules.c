@@ -53,8 +53,9 @@ static const Rule rules[] = {
     {"receiver", "id!", "position? geodetic? " SOUND_STATION, false, SOUND},
     {"receivers", "id! file!", STATION, false, RADIO},
     {"receivers", "id! file!", SOUND_STATION, false, SOUND},
-    {"grid", "id! z!", "from! to! step! " STATION, false, RADIO},
-    {"grid", "id! z!", "from! to! step! " SOUND_STATION, false, SOUND},
+    {"grid", "id! z? height?", "over* from! to! step! " STATION, false, RADIO},
+    {"grid", "id! z? height?", "over* from! to! step! " SOUND_STATION, false, SOUND},
+    {"over", "object? material?", "", false, ANY},
     {"position", "x! y! z!", "", false, ANY},
     {"geodetic", "lat! lon! height!", "", false, ANY},
     {"antenna", "pattern? polarization? file?", "element*", false, RADIO},
@@ -221,6 +222,16 @@ static KellerStatus check_child(const Check *check, const Rule *rule, const xmlN
     return KELLER_OK;
 }
 
+/* Attributes of which an element has exactly one. */
+static KellerStatus check_choice(const Check *check, const xmlNode *node, const char *first, const char *second)
+{
+    bool has = keller_config_attribute(node, first);
+    if (has != !!keller_config_attribute(node, second)) return KELLER_OK;
+    return keller_error(check->error, KELLER_BAD_INPUT, "%s:%d: <%s> has %s %s=\"...\" %s %s=\"...\"; expected exactly one of them",
+                        check->file, keller_xml_line(node), (const char *)node->name, has ? "both" : "neither", first,
+                        has ? "and" : "nor", second);
+}
+
 static KellerStatus check_element(const Check *check, const xmlNode *node, const Rule *rule)
 {
     KellerStatus status = check_attributes(check, node, rule);
@@ -246,6 +257,8 @@ static KellerStatus check_element(const Check *check, const xmlNode *node, const
                                 check->file, keller_xml_line(node), rule->element,
                                 position ? "both <position> and <geodetic>" : "neither <position> nor <geodetic>");
     }
+    if (strcmp(rule->element, "grid") == 0) return check_choice(check, node, "z", "height");
+    if (strcmp(rule->element, "over") == 0) return check_choice(check, node, "object", "material");
     return KELLER_OK;
 }
 

@@ -240,7 +240,7 @@ KellerStatus keller_config_read_grid(KellerConfigReader *reader, const xmlNode *
     KellerConfig *config = reader->config;
     static const KellerConfigRange step_range = {1e-6, KELLER_MAX_COORDINATE, "a step from 1 um to 1e6 km"};
     const xmlNode *from = keller_config_child(node, "from"), *to = keller_config_child(node, "to");
-    double x[2] = {0, 0}, y[2] = {0, 0}, z = 0, step = 0;
+    double x[2] = {0, 0}, y[2] = {0, 0}, z = NAN, step = 0;
     KellerStation station;
     KellerStatus status = read_station(reader, node, &station);
     for (int i = 0; i < 2 && status == KELLER_OK; i++) {
@@ -274,9 +274,10 @@ KellerStatus keller_config_read_grid(KellerConfigReader *reader, const xmlNode *
     set->y0 = y[0];
     set->z = z;
     set->step = step;
+    status = keller_config_read_over(reader, node, set);
     for (size_t i = 0; i < nx * ny; i++) {
         station.position = v3(x[0] + (double)(i % nx) * step, y[0] + (double)(i / nx) * step, z);
         config->receivers[set->first + i].station = station;
     }
-    return KELLER_OK;
+    return status;
 }

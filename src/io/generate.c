@@ -179,7 +179,7 @@ static void layers(KellerEmit *emit, const KellerGenerate *def)
 KellerGenerate keller_generate_defaults(KellerGenerateKind kind)
 {
     return (KellerGenerate){.kind = kind, .seed = 1, .blocks = 100, .triangles = 10000, .strands = 1000, .sheets = 64,
-                            .size = 10};
+                            .size = kind == KELLER_GENERATE_TERRAIN ? 500 : 10};
 }
 
 static void emit_all(KellerEmit *emit, const KellerGenerate *def, const KellerEmit *counted)
@@ -190,6 +190,7 @@ static void emit_all(KellerEmit *emit, const KellerGenerate *def, const KellerEm
     case KELLER_GENERATE_SLIVERS: slivers(emit, def); break;
     case KELLER_GENERATE_HAIR: hair(emit, def); break;
     case KELLER_GENERATE_LAYERS: layers(emit, def); break;
+    case KELLER_GENERATE_TERRAIN: keller_emit_terrain(emit, def); break;
     }
 }
 
@@ -223,6 +224,7 @@ uint64_t keller_generate_blocks(uint64_t seed, bool star, uint64_t triangles)
 KellerStatus keller_generate(const KellerGenerate *def, KellerSoup *soup, KellerError *error)
 {
     assert(def->blocks > 0 && def->triangles > 0 && def->strands > 0 && def->sheets > 0);
+    assert(def->houses <= KELLER_GENERATE_HOUSES);
     assert(def->size >= 1e-3 && def->size <= 1e6);
     *soup = (KellerSoup){0};
     KellerEmit counted = {.counting = true, .error = error};

@@ -32,21 +32,28 @@ typedef enum {
     /* `sheets` thin walls of side `size`, size / 20 apart, nearly perpendicular to z, each with 16 windows, and each
      * an object of 130 triangles. None meets another. The z axis meets them all, and so do parallels to it no farther
      * than size / 36 away in x or y. */
-    KELLER_GENERATE_LAYERS
+    KELLER_GENERATE_LAYERS,
+    /* Hills over a square of side `size` around the origin, of itu_medium_dry_ground, the object "terrain": as many quads, cut in two, as
+     * make about `triangles`; heights are from 0 to 0.225 of the size. On it stand up to `houses` houses of itu_brick, house_1, house_2,
+     * ..., 22 m apart where the slope allows for them: walls, 3 to 6 m high, and a pitched roof; walls go 1 m into the ground. */
+    KELLER_GENERATE_TERRAIN
 } KellerGenerateKind;
+
+#define KELLER_GENERATE_HOUSES 1000u    /* on one terrain, at most */
 
 typedef struct {
     KellerGenerateKind kind;
     uint64_t seed;
     bool star;              /* CITY: avenues that meet in a star, instead of a grid */
     uint64_t blocks;        /* CITY: >= 1 */
-    uint64_t triangles;     /* RANDOM, SLIVERS: >= 1 */
+    uint64_t triangles;     /* RANDOM, SLIVERS, TERRAIN: >= 1 */
     uint64_t strands;       /* HAIR: >= 1 */
     uint64_t sheets;        /* LAYERS: >= 1 */
+    uint64_t houses;        /* TERRAIN: <= KELLER_GENERATE_HOUSES */
     double size;            /* all but CITY: m, in [1e-3, 1e6] */
 } KellerGenerate;
 
-/* Seed 1; a grid of 100 blocks, 10000 triangles, 1000 strands, 64 sheets, a size of 10 m. */
+/* Seed 1; a grid of 100 blocks, 10000 triangles, 1000 strands, 64 sheets, no houses, a size of 10 m, of a terrain 500 m. */
 KellerGenerate keller_generate_defaults(KellerGenerateKind kind);
 
 /* The number of blocks (at least 1) with which a city has about that many triangles: to 1 % or two blocks, whichever is

@@ -62,6 +62,9 @@ void keller_emit_triangle(KellerEmit *emit, uint32_t a, uint32_t b, uint32_t c);
 /* a, b, c, d around; cut along a-c. */
 void keller_emit_quad(KellerEmit *emit, uint32_t a, uint32_t b, uint32_t c, uint32_t d);
 
+/* generate_terrain.c */
+void keller_emit_terrain(KellerEmit *emit, const KellerGenerate *def);
+
 /* ---- cities ---- */
 
 /* generate_city.c: the whole city; with `ground`, bounds that were counted before. */

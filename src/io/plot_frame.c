@@ -54,18 +54,20 @@ void keller_plot_mark(KellerVec3 point, KellerPlotBox box, const char *name, boo
             right ? "right" : "left", right ? "-0.7" : "0.7", colour);
 }
 
-/* Where the horizontal plane at height z cuts the triangle: two points, or nothing. A corner in the plane counts as
- * above it, so that walls of two triangles show every piece once. */
-static bool cut(const KellerVec3 corner[3], double z, KellerVec3 ends[2])
+static bool is_wall(const KellerVec3 corner[3])
 {
-    int found = 0;
-    for (int i = 0; i < 3 && found < 2; ++i) {
-        KellerVec3 a = corner[i], b = corner[(i + 1) % 3];
-        if ((a.z >= z) == (b.z >= z)) continue;
-        double t = (z - a.z) / (b.z - a.z);
-        ends[found++] = v3_madd(a, v3_sub(b, a), t);
-    }
-    return found == 2;
+    const double steepest = 0.1; /* sine of what a wall may lean */
+    KellerVec3 n = v3_cross(v3_sub(corner[1], corner[0]), v3_sub(corner[2], corner[0]));
+    return fabs(n.z) <= steepest * v3_norm(n);
+}
+
+static bool cut(const KellerPlotSurface *surface, const KellerVec3 corner[3], KellerVec3 ends[2])
+{
+    const bool flat = surface->highest == surface->z;
+    double height[3];
+    if (!flat && !is_wall(corner)) return false;
+    for (int i = 0; i < 3; ++i) height[i] = flat ? corner[i].z - surface->z : keller_plot_over(surface, corner[i]);
+    return keller_plot_cut(corner, height, ends);
 }
 
 static bool inside(KellerPlotBox box, const KellerVec3 ends[2])
@@ -74,8 +76,8 @@ static bool inside(KellerPlotBox box, const KellerVec3 ends[2])
            fmax(ends[0].y, ends[1].y) >= box.y0 && fmin(ends[0].y, ends[1].y) <= box.y1;
 }
 
-KellerStatus keller_plot_outline(KellerReader *reader, const char *file, KellerPlotBox box, double z, FILE *script,
-                                 bool *any, KellerError *error)
+KellerStatus keller_plot_outline(KellerReader *reader, const char *file, KellerPlotBox box, const KellerPlotSurface *surface,
+                                 FILE *script, bool *any, KellerError *error)
 {
     enum { BLOCK = 16384 };
     const KellerResultInfo *info = keller_reader_info(reader);
@@ -100,7 +102,7 @@ KellerStatus keller_plot_outline(KellerReader *reader, const char *file, KellerP
             }
             const KellerVec3 corner[3] = {vertices[v[0]], vertices[v[1]], vertices[v[2]]};
             KellerVec3 ends[2];
-            if (!cut(corner, z, ends) || !inside(box, ends)) continue;
+            if (!cut(surface, corner, ends) || !inside(box, ends)) continue;
             fprintf(script, "%.10g %.10g\n%.10g %.10g\n\n", ends[0].x, ends[0].y, ends[1].x, ends[1].y);
             *any = true;
         }

@@ -8,8 +8,8 @@ static const double shown_range = 100;   /* dB */
 
 typedef struct {
     uint32_t ny, nx;
-    double *x, *y, *cells;      /* owned */
-    double z;
+    double *x, *y, *cells, *heights;    /* owned */
+    KellerPlotSurface surface;
 } Map;
 
 static void map_free(Map *map)
@@ -17,22 +17,24 @@ static void map_free(Map *map)
     free(map->x);
     free(map->y);
     free(map->cells);
+    free(map->heights);
 }
 
-/* The height of a grid: that of its first receiver. */
-static KellerStatus grid_height(KellerReader *reader, size_t set, double *z, KellerError *error)
+static KellerStatus read_heights(KellerReader *reader, const char *id, Map *map, KellerError *error)
 {
-    const KellerResultInfo *info = keller_reader_info(reader);
-    *z = 0;
-    for (uint64_t r = 0; r < info->receiver_count; ++r) {
-        if (info->receiver_sets[r] != set) continue;
-        double position[3];
-        KellerStatus status =
-            keller_reader_rows(reader, "/receivers/position", KELLER_CELL_F8, 3, r, 1, position, error);
-        *z = position[2];
-        return status;
+    char path[400];
+    snprintf(path, sizeof path, "/coverage/%s/z", id);
+    size_t count = (size_t)map->ny * map->nx;
+    map->heights = calloc(count + 1, sizeof *map->heights);
+    if (!map->heights) return keller_error_memory(error, count * sizeof *map->heights);
+    KellerStatus status = keller_reader_rows(reader, path, KELLER_CELL_F8, map->nx, 0, map->ny, map->heights, error);
+    map->surface = (KellerPlotSurface){INFINITY, -INFINITY, map->ny, map->nx, map->x, map->y, map->heights};
+    for (size_t i = 0; i < count; ++i) {
+        map->surface.z = fmin(map->surface.z, map->heights[i]);
+        map->surface.highest = fmax(map->surface.highest, map->heights[i]);
     }
-    return KELLER_OK;
+    if (!(map->surface.z <= map->surface.highest)) map->surface.z = map->surface.highest = 0; /* no cell at all */
+    return status;
 }
 
 /* Adds up the energies of the transmitters asked for; in dB. */
@@ -94,7 +96,7 @@ static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *
         status = keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){plot->tx, 0, 0},
                                    (uint64_t[]){1, ny, nx}, map->cells, error);
     }
-    return status == KELLER_OK ? grid_height(reader, plot->set, &map->z, error) : status;
+    return status == KELLER_OK ? read_heights(reader, id, map, error) : status;
 }
 
 /* Decibels or delays; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
@@ -158,28 +160,33 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     double lowest, highest;
     bool sound = strcmp(info->domain, "acoustic") == 0, any = convert(plot, sound ? 1e-3 : 1e-9, &map, &lowest, &highest);
 
-    char title[400], label[100];
+    char title[400], label[100], lines[80] = "", heights[80];
+    const bool flat = map.surface.highest == map.surface.z;
+    if (flat) snprintf(heights, sizeof heights, "z = %g m", map.surface.z);
+    else snprintf(heights, sizeof heights, "z = %.4g to %.4g m", map.surface.z, map.surface.highest);
     const char *tx = info->transmitter_ids[plot->tx], *grid = info->set_ids[plot->set];
     if (plot->kind == KELLER_PLOT_COVERAGE) {
-        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %.6g %s%s", tx, grid, map.z,
+        snprintf(title, sizeof title, "%.80s to %.80s (%s), %.6g %s%s", tx, grid, heights,
                  info->frequencies[plot->frequency] / (sound ? 1 : 1e9), sound ? "Hz" : "GHz", any ? "" : ": no path");
         snprintf(label, sizeof label, "path gain / dB");
     } else if (plot->kind == KELLER_PLOT_LEVEL) {
         char band[40] = "A-weighted";
         if (plot->frequency != SIZE_MAX) snprintf(band, sizeof band, "%.6g Hz", info->frequencies[plot->frequency]);
-        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m), %s%s", plot->all &&
-                 info->transmitter_count > 1 ? "all" : tx, grid, map.z,
+        snprintf(title, sizeof title, "%.80s to %.80s (%s), %s%s", plot->all &&
+                 info->transmitter_count > 1 ? "all" : tx, grid, heights,
                  band, any ? "" : ": no path");
         snprintf(label, sizeof label, "level / dB re 20 uPa");
     } else {
-        snprintf(title, sizeof title, "%.80s to %.80s (z = %g m)%s", tx, grid, map.z, any ? "" : ": no path");
+        snprintf(title, sizeof title, "%.80s to %.80s (%s)%s", tx, grid, heights, any ? "" : ": no path");
         snprintf(label, sizeof label, "delay of the strongest path / %s", sound ? "ms" : "ns");
     }
     write_cells(&map, script);
     bool outline = false;
-    status = keller_plot_outline(reader, plot->file, box, map.z, script, &outline, error);
+    double contours = flat ? 0 : keller_plot_contours(&map.surface, script);
+    if (contours > 0) snprintf(lines, sizeof lines, "lines of equal height every %g m", contours);
+    status = keller_plot_outline(reader, plot->file, box, &map.surface, script, &outline, error);
     if (status == KELLER_OK) {
-        keller_plot_frame(plot, box, title, NULL, label, lowest, highest, script);
+        keller_plot_frame(plot, box, title, contours > 0 ? lines : NULL, label, lowest, highest, script);
         for (size_t i = plot->all ? 0 : plot->tx; i < (plot->all ? info->transmitter_count : plot->tx + 1); ++i)
             keller_plot_mark(info->transmitter_positions[i], box, info->transmitter_ids[i], false, script);
         fputs("plot ", script);
@@ -187,6 +194,8 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
             fprintf(script, "$map matrix using (%.17g + $1 * %.17g):(%.17g + $2 * %.17g):3 with image", map.x[0], step,
                     map.y[0], step);
         else fputs("NaN with lines", script);
+        if (contours > 0) /* to be seen on light and on dark */
+            fputs(", $contours using 1:2 with lines lw 2 lc rgb '#80ffffff', '' using 1:2 with lines lw 0.7 lc rgb '#60000000'", script);
         fputs(outline ? ", $outline using 1:2 with lines lw 1.2 lc rgb '#202020'\n" : "\n", script);
     }
     map_free(&map);

@@ -143,7 +143,8 @@ KellerStatus keller_plot_paths(KellerReader *reader, const KellerPlot *plot, FIL
     if (status == KELLER_OK && !(isfinite(d.box.x1 - d.box.x0) && isfinite(d.box.y1 - d.box.y0)))
         status = keller_error(error, KELLER_BAD_INPUT, "%s: holds positions that are not finite", plot->file);
     if (status == KELLER_OK && isfinite(d.height))
-        status = keller_plot_outline(reader, plot->file, d.box, d.height, script, &outline, error);
+        status = keller_plot_outline(reader, plot->file, d.box, &(KellerPlotSurface){.z = d.height, .highest = d.height}, script, &outline,
+                                     error);
     if (status == KELLER_OK) draw(&d, outline);
     free(d.receivers);
     return status;

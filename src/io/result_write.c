@@ -6,6 +6,7 @@
 #include <string.h>
 #include "io/atomic.h"
 #include "io/hdf.h"
+#include "io/result_heights.h"
 #include "io/result_sound.h"
 #include "io/result_tables.h"
 #include "io/result_write.h"
@@ -110,7 +111,7 @@ static KellerStatus create_maps(KellerResult *r, const KellerReceiverSet *set, M
     }
     free(axis);
     free(path);
-    return KELLER_OK;
+    return keller_result_heights(hdf, r->config, set, error);
 }
 
 /* Closes all of HDF5's side; a failure is kept in hdf. */

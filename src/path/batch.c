@@ -249,3 +249,16 @@ void coverage_cell(KellerCoverage *c, size_t cell, double speed, const PairResul
     c->strongest_delay[cell] = at;
     c->delay_spread[cell] = sqrt(spread / total);
 }
+
+void coverage_nowhere(KellerCoverage *c, const KellerReceiver *receivers)
+{
+    size_t cells = (size_t)c->ny * c->nx;
+    for (size_t i = 0; i < cells; i++) {
+        if (!isnan(receivers[i].station.position.z)) continue;
+        for (size_t f = 0; f < c->frequency_count; f++) {
+            c->path_gain[f * cells + i] = NAN;
+            if (c->level) c->level[f * cells + i] = NAN;
+        }
+        if (c->level_a) c->level_a[i] = NAN;
+    }
+}

@@ -28,5 +28,7 @@ void batch_free(KellerPathBatch *batch);
 /* Writes one cell of the maps; speed of the waves in m/s. */
 void coverage_cell(KellerCoverage *coverage, size_t cell, double speed, const PairResult *pair);
 bool coverage_init(KellerCoverage *coverage, uint32_t tx, uint32_t set, uint32_t ny, uint32_t nx, size_t frequency_count);
+/* Makes NaN of what the maps have where there is no cell: of the receivers, in order, those whose z is NaN. */
+void coverage_nowhere(KellerCoverage *coverage, const KellerReceiver *receivers);
 void coverage_free(KellerCoverage *coverage);
 #endif

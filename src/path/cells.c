@@ -1,18 +1,52 @@
 #include "path/cells.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 #include "base/number.h"
 
-CellGrid cells_of(const KellerConfig *config, const KellerReceiverSet *set, uint32_t x, uint32_t y, uint32_t nx, uint32_t ny)
+/* Cells of a block of a surface along x and y: so few that its heights are about those of each cell, so many that beams pass by most. */
+enum { BLOCK_SIDE = 16 };
+
+/* What a cell's place may be off by, and more: cells on a border are inside. */
+static const double MARGIN = 0.25; /* steps */
+
+static void add_height(KellerRange *range, double z)
 {
-    CellGrid g = {config->receivers, set->first + y * set->nx + x, set->nx, nx, ny, set->x0 + x * set->step,
-                  set->y0 + y * set->step, set->step, INFINITY, -INFINITY};
+    if (isnan(z)) return;
+    range->near = lesser(range->near, z);
+    range->far = greater(range->far, z);
+}
+
+bool cells_of(const KellerConfig *config, const KellerReceiverSet *set, uint32_t x, uint32_t y, uint32_t nx, uint32_t ny, CellGrid *g)
+{
+    const KellerRange none = {INFINITY, -INFINITY};
+    KellerRange all = none;
+    *g = (CellGrid){.receivers = config->receivers, .first = set->first + y * set->nx + x, .stride = set->nx, .nx = nx, .ny = ny,
+                    .x0 = set->x0 + x * set->step, .y0 = set->y0 + y * set->step, .step = set->step};
     for (uint32_t j = 0; j < ny; j++)
-        for (uint32_t i = 0; i < nx; i++) {
-            double z = cell_position(&g, i, j).z;
-            g.low = lesser(g.low, z);
-            g.high = greater(g.high, z);
-        }
-    return g;
+        for (uint32_t i = 0; i < nx; i++) add_height(&all, cell_position(g, i, j).z);
+    if (!(all.near < all.far)) { /* one height, or nowhere */
+        if (all.near == all.far) g->low = g->high = all.near;
+        return true;
+    }
+    g->low = all.near;
+    g->high = all.far;
+    g->blocks_x = (nx - 1) / BLOCK_SIDE + 1;
+    size_t blocks = (size_t)g->blocks_x * ((ny - 1) / BLOCK_SIDE + 1);
+    g->heights = malloc(blocks * sizeof *g->heights);
+    if (!g->heights) return false;
+    for (size_t b = 0; b < blocks; b++) g->heights[b] = none;
+    for (uint32_t j = 0; j < ny; j++)
+        for (uint32_t i = 0; i < nx; i++)
+            add_height(&g->heights[(size_t)(j / BLOCK_SIDE) * g->blocks_x + i / BLOCK_SIDE], cell_position(g, i, j).z);
+    return true;
+}
+
+void cells_free(CellGrid *g)
+{
+    free(g->heights);
+    g->heights = NULL;
 }
 
 /* What is left of the polygon on the side ax x + ay y <= c. */
@@ -50,21 +84,25 @@ static bool find_rows(const CellGrid *g, Footprint *f)
     return f->corners > 0 && f->row < f->end;
 }
 
-/* The polygon loses nothing by this: its corners are good to rounding, and rows to a cell. */
-bool footprint_cut(const CellGrid *g, KellerVec3 normal, double offset, Footprint *f)
+/* Of what a half-space allows for x and y, at some z of the range. */
+static double allowed(const Footprint *f, uint32_t side, KellerRange z)
 {
-    double c = offset - lesser(normal.z * g->low, normal.z * g->high);
-    f->ax[f->count] = normal.x;
-    f->ay[f->count] = normal.y;
-    f->c[f->count++] = c;
-    clip(f, normal.x, normal.y, c);
+    return f->offset[side] - lesser(f->side[side].z * z.near, f->side[side].z * z.far);
+}
+
+/* The polygon loses nothing by this: its corners are good to rounding, and rows to a cell. */
+static bool footprint_cut(const CellGrid *g, KellerVec3 normal, double offset, Footprint *f)
+{
+    f->side[f->count] = normal;
+    f->offset[f->count++] = offset;
+    clip(f, normal.x, normal.y, allowed(f, f->count - 1, (KellerRange){g->low, g->high}));
     return find_rows(g, f);
 }
 
 bool footprint_of(const CellGrid *g, const BundleTest *test, const KellerFace *mirror, double front, Footprint *f)
 {
     const Bundle *b = test->bundle;
-    const double margin = 0.25 * g->step; /* cells on the rectangle's border are inside it */
+    const double margin = MARGIN * g->step;
     double left = g->x0 - margin, right = g->x0 + (g->nx - 1) * g->step + margin;
     double bottom = g->y0 - margin, top = g->y0 + (g->ny - 1) * g->step + margin;
     *f = (Footprint){.corner = {left, bottom, right, bottom, right, top, left, top}, .corners = 4};
@@ -81,31 +119,95 @@ bool footprint_of(const CellGrid *g, const BundleTest *test, const KellerFace *m
     return footprint_cut(g, v3_scale(mirror->normal, -front), -front * mirror->offset + 4 * test->contact + slack, f);
 }
 
-void footprint_row(const CellGrid *g, const Footprint *f, uint32_t row, uint32_t *from, uint32_t *to)
+/* The columns [*from, *to) of [first, end) that may lie in it in the rows from..last, where z is in the range. */
+static void columns(const CellGrid *g, const Footprint *f, uint32_t row, uint32_t last, KellerRange z, uint32_t first, uint32_t end,
+                    uint32_t *from, uint32_t *to)
 {
-    double y = g->y0 + row * g->step, low = -INFINITY, high = INFINITY;
-    *from = *to = 0;
+    double y = g->y0 + row * g->step, y_last = g->y0 + last * g->step, low = -INFINITY, high = INFINITY;
+    *from = *to = first;
     for (uint32_t i = 0; i < f->count; i++) {
-        double left = f->c[i] - f->ay[i] * y;
-        if (f->ax[i] > 0) high = lesser(high, left / f->ax[i]);
-        else if (f->ax[i] < 0) low = greater(low, left / f->ax[i]);
+        KellerVec3 n = f->side[i];
+        double left = allowed(f, i, z) - lesser(n.y * y, n.y * y_last);
+        if (n.x > 0) high = lesser(high, left / n.x);
+        else if (n.x < 0) low = greater(low, left / n.x);
         else if (left < 0) return;
     }
     /* a cell more than the slack, so that the quotients' rounding takes nothing away */
     low = ceil((low - g->x0) / g->step - 1e-6);
     high = floor((high - g->x0) / g->step + 1e-6);
-    if (!(low <= high && high >= 0 && low < g->nx)) return;
-    *from = low > 0 ? (uint32_t)low : 0;
-    *to = high < g->nx ? (uint32_t)high + 1 : g->nx;
+    if (!(low <= high && high >= first && low < end)) return;
+    *from = low > first ? (uint32_t)low : first;
+    *to = high < end ? (uint32_t)high + 1 : end;
+}
+
+/* Is all of the block, columns first .. end - 1, outside of one side? */
+static bool block_misses(const CellGrid *g, const Footprint *f, const CellRun *run, uint32_t first, uint32_t end)
+{
+    double x[2] = {g->x0 + (first - MARGIN) * g->step, g->x0 + (end - 1 + MARGIN) * g->step};
+    double y[2] = {g->y0 + (run->band - MARGIN) * g->step, g->y0 + (run->band_end - 1 + MARGIN) * g->step};
+    for (uint32_t i = 0; i < f->count; i++) {
+        KellerVec3 n = f->side[i];
+        if (lesser(n.x * x[0], n.x * x[1]) + lesser(n.y * y[0], n.y * y[1]) > allowed(f, i, run->z)) return true;
+    }
+    return false;
+}
+
+static uint32_t block_end(const CellGrid *g, uint32_t block)
+{
+    return (block + 1) * BLOCK_SIDE < g->nx ? (block + 1) * BLOCK_SIDE : g->nx;
+}
+
+/* Goes on to the next block that the footprint may touch. */
+static bool next_block(const CellGrid *g, const Footprint *f, CellRun *run)
+{
+    for (;; run->block++) {
+        while (!run->begun || run->block >= run->block_end) {
+            uint32_t from, to;
+            run->band = run->begun ? run->band_end : f->row;
+            run->begun = true;
+            if (run->band >= f->end) return false;
+            run->band_end = (run->band / BLOCK_SIDE + 1) * BLOCK_SIDE;
+            if (run->band_end > f->end) run->band_end = f->end;
+            columns(g, f, run->band, run->band_end - 1, (KellerRange){g->low, g->high}, 0, g->nx, &from, &to);
+            run->block = from / BLOCK_SIDE;
+            run->block_end = from < to ? (to - 1) / BLOCK_SIDE + 1 : run->block;
+        }
+        run->next = run->band;
+        run->z = g->heights[(size_t)(run->band / BLOCK_SIDE) * g->blocks_x + run->block];
+        if (run->z.near <= run->z.far && !block_misses(g, f, run, run->block * BLOCK_SIDE, block_end(g, run->block))) return true;
+    }
+}
+
+bool footprint_next(const CellGrid *g, const Footprint *f, CellRun *run)
+{
+    uint32_t first = 0, end = g->nx, last = f->end;
+    if (!g->heights && !run->begun) *run = (CellRun){.begun = true, .next = f->row, .z = {g->low, g->high}};
+    for (;;) {
+        if (g->heights) {
+            if (!run->begun || run->next >= run->band_end) {
+                run->block += run->begun;
+                if (!next_block(g, f, run)) return false;
+            }
+            first = run->block * BLOCK_SIDE;
+            end = block_end(g, run->block);
+            last = run->band_end;
+        }
+        while (run->next < last) {
+            run->row = run->next++;
+            columns(g, f, run->row, run->row, run->z, first, end, &run->from, &run->to);
+            if (run->from < run->to) return true;
+        }
+        if (!g->heights) return false;
+    }
 }
 
 uint32_t footprint_cells(const CellGrid *g, const Footprint *f, uint32_t most)
 {
     uint32_t n = 0;
-    for (uint32_t row = f->row; row < f->end && n < most; row++) {
-        uint32_t from, to;
-        footprint_row(g, f, row, &from, &to);
-        n += to - from;
+    CellRun run = {0};
+    while (n < most && footprint_next(g, f, &run)) {
+        if (!g->heights) n += run.to - run.from;
+        for (uint32_t x = run.from; x < run.to && g->heights; x++) n += footprint_has(g, f, cell_position(g, x, run.row));
     }
     return n < most ? n : most;
 }
@@ -114,16 +216,28 @@ KellerVec3 footprint_middle(const CellGrid *g, const Footprint *f)
 {
     KellerVec3 p = v3(0, 0, 0.5 * (g->low + g->high));
     for (uint32_t i = 0; i < f->corners; i++) p = v3_add(p, v3(f->corner[2 * i] / f->corners, f->corner[2 * i + 1] / f->corners, 0));
-    return p;
+    const double x = round((p.x - g->x0) / g->step), y = round((p.y - g->y0) / g->step);
+    if (!g->heights || !(x >= 0 && x < g->nx && y >= 0 && y < g->ny)) return p;
+    KellerVec3 cell = cell_position(g, (uint32_t)x, (uint32_t)y);
+    return isnan(cell.z) ? p : cell;
+}
+
+static void add_extent(KellerRange *range, KellerVec3 direction, KellerVec3 p)
+{
+    double d = v3_dot(direction, p);
+    *range = (KellerRange){lesser(range->near, d), greater(range->far, d)};
 }
 
 KellerRange footprint_extent(const CellGrid *g, const Footprint *f, KellerVec3 origin, KellerVec3 direction)
 {
     KellerRange r = {INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < f->corners; i++)
-        for (int k = 0; k < 2; k++) {
-            double d = v3_dot(direction, v3_sub(v3(f->corner[2 * i], f->corner[2 * i + 1], k ? g->high : g->low), origin));
-            r = (KellerRange){lesser(r.near, d), greater(r.far, d)};
+    for (uint32_t i = 0; i < f->corners && !g->heights; i++)
+        add_extent(&r, direction, v3_sub(v3(f->corner[2 * i], f->corner[2 * i + 1], g->low), origin));
+    CellRun run = {0};
+    while (g->heights && footprint_next(g, f, &run))
+        for (int i = 0; i < 4; i++) {
+            double x = g->x0 + (i & 1 ? run.from : run.to - 1) * g->step, y = g->y0 + run.row * g->step;
+            add_extent(&r, direction, v3_sub(v3(x, y, i & 2 ? run.z.far : run.z.near), origin));
         }
     return r;
 }

@@ -48,11 +48,6 @@ static bool behind_mirror(const Query *q, const KellerScene *scene, size_t n, co
     return true;
 }
 
-static bool above_or_below(const Query *q, const KellerVec3 v[3])
-{
-    return greater(v[0].z, greater(v[1].z, v[2].z)) < q->lowest || lesser(v[0].z, lesser(v[1].z, v[2].z)) > q->highest;
-}
-
 static double stop_if_much(Query *q)
 {
     if (q->may_split && q->faces + q->wedges > q->much) {
@@ -78,7 +73,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     if (q->beam->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[q->beam->wedge], plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
-    if (behind_mirror(q, scene, 3, v) || above_or_below(q, v)) return q->far;
+    if (behind_mirror(q, scene, 3, v)) return q->far;
     if (bundle_misses(&q->test, 3, v)) return q->far;
     q->face = search_room(q->search, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
@@ -174,7 +169,7 @@ bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
 {
     const KellerScene *scene = s->limits->scene;
     const Bundle *b = &beam->bundle;
-    *q = (Query){.search = s, .beam = beam, .far = INFINITY, .lowest = -INFINITY, .highest = INFINITY};
+    *q = (Query){.search = s, .beam = beam, .far = INFINITY};
     if (!keller_cone_fan(b->source_count, b->source, b->window.count, b->window.corner, &q->cone, &q->start_far)) return false;
     q->slabs.most = slabs;
     s->work.cones++;

@@ -6,7 +6,7 @@
 #include "path/solve.h"
 
 enum {
-    FEW = 128,                   /* cells, about: to look for what hides so many would take longer than to look at each */
+    FEW = 128,                  /* cells, about: to look for what hides so many would take longer than to look at each */
     MANY = 4                    /* times as many are not looked at before what may hide some of them is */
 };
 
@@ -74,14 +74,13 @@ static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const
     bool useful;
     bool edge = beam->bundle.source_count > 1;
     if (!sieve_make(&sieve, l->scene, l->boxes, s->end, count, steps, edge ? beam->piece : NULL, &useful)) return;
-    for (uint32_t y = f->row; y < f->end && !s->failed; y++) {
-        uint32_t from, to;
-        footprint_row(l->cells, f, y, &from, &to);
-        for (uint32_t x = from; x < to; x++) {
+    for (CellRun run = {0}; !s->failed && footprint_next(l->cells, f, &run);) {
+        for (uint32_t x = run.from; x < run.to; x++) {
             double t = 0;
-            KellerVec3 p = cell_position(l->cells, x, y);
+            KellerVec3 p = cell_position(l->cells, x, run.row);
+            if (!footprint_has(l->cells, f, p)) continue;
             if (useful && (!sieve_passes(&sieve, p, &t) || (edge && !on_ray_from(beam, test, t, p)))) continue;
-            if (!leads_to(s, count, steps, p, blocker) || add(s, beam->node, y * l->cells->nx + x)) continue;
+            if (!leads_to(s, count, steps, p, blocker) || add(s, beam->node, run.row * l->cells->nx + x)) continue;
             s->failed = true;
             break;
         }

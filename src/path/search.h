@@ -14,6 +14,7 @@ typedef struct {
     uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
     uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
     double piece[2];            /* m along the edge of the last wedge: where the two sources are images of */
+    double share;               /* of the sphere, of a beam from the end itself */
 } Beam;
 
 typedef struct {
@@ -51,6 +52,8 @@ typedef struct {
     CellCandidates reached;
     size_t *together;           /* candidates of all threads, to a CHUNK */
     bool full;                  /* they are more than allowed */
+    double *looked;             /* share of the sphere that all threads are done with */
+    bool reports, last;         /* this thread says how far the search is; nothing more will be put off */
 } Search;
 
 /* One beam's look at the scene. */
@@ -62,7 +65,6 @@ typedef struct {
     double start_near, start_far;   /* z where rays of the beam start */
     double front;                   /* sign of the mirror's side the rays are on; 0: no mirror, or not to be told */
     double far;                     /* nothing beyond this can be seen */
-    double lowest, highest;         /* of the world's z: what is all below or all above is not met */
     Slabs slabs;
     bool may_split, too_much;
     uint32_t much;

@@ -22,8 +22,9 @@ enum {
     TARGET_RECEIVERS = 64,  /* points up to which the transmitter's search is aimed at what they see */
     BATCH = 8192            /* paths handed to the sink at once */
 };
-/* Candidates of a part of a map, about: where there are more, it is cut in two. The second is for tests of small scenes (split_over). */
-static const size_t CANDIDATES = 1u << 25, CANDIDATES_SMALL = 256;
+/* Candidates of a part of a map, about: where there are more, it is cut in two. The second, times split_over, is for tests of small scenes. */
+static const size_t CANDIDATES = 1u << 25, CANDIDATES_SMALL = 64;
+static const double SEARCH_SHARE = 0.9;  /* of the time that a map takes, about: the rest is the fields */
 
 typedef struct {
     const KellerConfig *config;
@@ -46,8 +47,19 @@ typedef struct {
     uint32_t *seen_patches;     /* from the transmitter, the first seen_count */
     size_t seen_count;
     ResponsePlan *responses;    /* NULL: none are asked for */
-    uint64_t done, total;       /* receivers, times transmitters */
+    double done, total;         /* receivers, times transmitters */
+    double worth;               /* what is left to do at each, as a share of all that is done for it */
+    double reported;            /* how far the simulation was said to be */
 } Simulation;
+
+/* Tells the sink, but never less than before. */
+static void report(void *context, double fraction)
+{
+    Simulation *s = context;
+    if (!s->sink->progress || !(fraction > s->reported)) return;
+    s->reported = fraction;
+    s->sink->progress(s->sink->context, fraction);
+}
 
 static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
@@ -109,6 +121,7 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     JoinWork join_work = {0};
     KellerStatus status = KELLER_OK;
     double start = omp_get_wtime();
+    if (isnan(to.z)) return KELLER_OK; /* a cell that has no surface below */
     if (!part) status = ends_search(&backward, &s->backward, to, threads, &tree_work, error);
     if (status != KELLER_OK) return status;
     double middle = omp_get_wtime();
@@ -207,8 +220,7 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
             uint32_t now;
 #pragma omp atomic capture
             now = ++finished;
-            if (s->sink->progress && omp_get_thread_num() == 0)
-                s->sink->progress(s->sink->context, (double)(s->done + now) / (double)s->total);
+            if (omp_get_thread_num() == 0) report(s, (s->done + s->worth * now) / s->total);
         }
 #pragma omp critical(keller_simulate)
         add_work(s->work, &work);
@@ -230,25 +242,32 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
         pair_free(&results[i]);
     }
     free(results);
-    s->done += count;
+    s->done += s->worth * count;
     return status;
 }
 
 /* The search for a part of a grid, whose place is set. *full: it has too many candidates, and nothing is returned. */
 static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Part *p, bool *full, KellerError *error)
 {
-    CellGrid grid = cells_of(s->config, set, p->x, p->y, p->nx, p->ny);
+    CellGrid grid;
+    if (!cells_of(s->config, set, p->x, p->y, p->nx, p->ny, &grid))
+        return keller_error(error, KELLER_FAILED, "out of memory for the heights of a grid of %u x %u cells", set->ny, set->nx);
     TreeLimits limits = s->backward; /* both sides have the same */
     limits.plan = &s->plan[0];
     limits.targets = NULL;
     limits.cells = &grid;
-    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : limits.split_over ? CANDIDATES_SMALL : CANDIDATES;
+    limits.cells_most = p->nx == 1 && p->ny == 1 ? SIZE_MAX : limits.split_over ? CANDIDATES_SMALL * limits.split_over : CANDIDATES;
     limits.boxes = s->join.boxes;
+    const double cells = (double)p->nx * p->ny;
+    const Advance piece = {report, s, s->done / s->total, (s->done + SEARCH_SHARE * cells) / s->total};
+    limits.advance = &piece;
     TreeWork work = {0};
     double start = omp_get_wtime();
     KellerStatus status = tree_search(&limits, s->config->transmitters[s->tx].station.position, s->work->threads, &p->trie, &p->known,
                                       &work, error);
+    cells_free(&grid);
     *full = p->known.full;
+    if (!*full) s->done += SEARCH_SHARE * cells;
     if (status == KELLER_OK && !*full) status = part_sort(p, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
@@ -260,7 +279,7 @@ static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Par
 
 static KellerStatus run_part(Simulation *s, const KellerReceiverSet *set, Part part, KellerCoverage *coverage, KellerError *error)
 {
-    bool full;
+    bool full = false;
     KellerStatus status = part_search(s, set, &part, &full, error);
     if (status == KELLER_OK && full) {
         Part half[2];
@@ -293,6 +312,7 @@ static KellerStatus run_grid(Simulation *s, uint32_t set_index, KellerError *err
         for (uint32_t at = 0; at < set->count && status == KELLER_OK; at += CELLS)
             status = run_block(s, set, set->first + at, least(CELLS, set->count - at), NULL, 0, maps ? &coverage : NULL, error);
     }
+    if (maps) coverage_nowhere(&coverage, &s->config->receivers[set->first]);
     if (status == KELLER_OK && maps) status = s->sink->coverage(s->sink->context, &coverage, error);
     coverage_free(&coverage);
     return status;
@@ -414,6 +434,7 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
         bool grid = c->sets[i].kind == KELLER_SET_GRID, alone = searched_alone(s, &c->sets[i]);
         uint32_t end = i + 1;
         while (!grid && end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
+        s->worth = alone ? 1 - SEARCH_SHARE : 1;
         if (searched != alone) {
             forget_forward(s);
             status = search_forward(s, alone, error);
@@ -443,7 +464,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     }
     Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
-    s.total = (uint64_t)config->transmitter_count * config->receiver_count;
+    s.total = (double)config->transmitter_count * (double)config->receiver_count;
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
                           .interactions = config->interactions, .bends = longest_sequence(config)};
@@ -466,7 +487,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     }
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
-    if (status == KELLER_OK && sink->progress) sink->progress(sink->context, 1);
+    if (status == KELLER_OK) report(&s, 1);
     patches_free(&s.patches);
     free(s.seen_patches);
     response_plan_free(s.responses);

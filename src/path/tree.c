@@ -1,6 +1,7 @@
 #include "path/search.h"
 
 #include <math.h>
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,6 +18,7 @@ enum {
     PENDING_MOST = 1 << 17,
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
+static const double SPHERE = 0.2;           /* share of a search that looking around from the end is, about: the rest is what was put off */
 static const double NEARBY = 0.025;         /* where most of what is seen is, in diagonals of the scene */
 
 static void process(Search *s, const Beam *beam);
@@ -64,6 +66,12 @@ static bool add_slopes(const Window *w, KellerVec3 along, Slopes *slopes)
     return true;
 }
 
+/* So many of what was put off are done. */
+static void followed(const Search *s, uint32_t done, uint32_t all)
+{
+    if (s->reports && s->last) advance(s->limits->advance, SPHERE + (1 - SPHERE) * done / all);
+}
+
 /* Follows the pending beams, then the pending fans, since those beams may add to them; fans add to neither. */
 static void follow(Search *s)
 {
@@ -78,12 +86,14 @@ static void follow(Search *s)
         memcpy(b.bundle.source, p->source, sizeof p->source);
         b.bundle.window = window_of(axis, &p->slopes);
         if (bundle_narrow(&b.bundle, s->limits->scene, p->mirror)) process(s, &b);
+        followed(s, i + 1, count + s->fan_count);
     }
     uint32_t fans = s->fan_count;
     s->fan_count = 0;
     for (uint32_t i = 0; i < fans && !s->failed; i++) {
         const PendingFan f = s->fan[i];
         search_fan(s, f.node, f.wedge, f.from, f.to, 1, &f.source, f.passed);
+        followed(s, count + i + 1, count + fans);
     }
 }
 
@@ -174,7 +184,19 @@ static void split(Search *s, const Beam *beam)
 {
     Beam half[2];
     int n = beam_halves(beam, half);
-    for (int i = 0; i < n; i++) process(s, &half[i]);
+    for (int i = 0; i < n; i++) {
+        half[i].share = beam->share / n;
+        process(s, &half[i]);
+    }
+}
+
+/* A beam from the end is done. */
+static void looked_around(Search *s, double share)
+{
+    double all;
+#pragma omp atomic capture
+    all = *s->looked += share;
+    if (s->reports) advance(s->limits->advance, SPHERE * all);
 }
 
 /* The beams that faces reflect, and those that edges send out. */
@@ -251,8 +273,12 @@ static void process(Search *s, const Beam *beam)
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     if (!targets_only) query_faces(&q);
     if (use & PLAN_WEDGE) query_wedges(&q, targets_only ? l->targets : l->accel);
-    if (q.too_much) split(s, beam);
-    else go_on(s, &q, use, pattern);
+    if (q.too_much) {
+        split(s, beam);
+    } else {
+        go_on(s, &q, use, pattern);
+        if (first) looked_around(s, beam->share);
+    }
     query_free(&q);
 }
 
@@ -263,7 +289,7 @@ static void search_side(Search *s, int side, int i, int j, int n)
     int k = side / 2;
     double sign = side % 2 ? -1 : 1;
     KellerVec3 unit[3] = {v3(1, 0, 0), v3(0, 1, 0), v3(0, 0, 1)};
-    Beam b = {.node = 0, .mirror = KELLER_NONE, .wedge = KELLER_NONE};
+    Beam b = {.node = 0, .mirror = KELLER_NONE, .wedge = KELLER_NONE, .share = 1 / (6.0 * n * n)};
     KellerVec3 axis[3] = {unit[(k + 1) % 3]};
     axis[2] = v3_scale(unit[k], sign);
     axis[1] = v3_cross(axis[2], axis[0]);
@@ -305,15 +331,17 @@ KellerStatus tree_search(const TreeLimits *limits, KellerVec3 end, uint32_t thre
     int n = threads > 1 ? START : 1, windows = 6 * n * n;
     bool failed = !trie_init(trie);
     size_t faces = limits->scene->face_count + 1, together = 0;
+    double looked = 0;
     if (candidates) *candidates = (CellCandidates){0};
 #pragma omp parallel num_threads((int)threads) if (threads > 1)
     {
-        Search s = {.limits = limits, .end = end, .together = &together, .stamp = calloc(faces, sizeof(uint32_t)),
+        Search s = {.limits = limits, .end = end, .together = &together, .looked = &looked, .reports = omp_get_thread_num() == 0, .stamp = calloc(faces, sizeof(uint32_t)),
                     .slot = malloc(faces * sizeof(uint32_t))};
         s.failed = !s.stamp || !s.slot || !trie_init(&s.trie);
 #pragma omp for schedule(dynamic, 1)
         for (int c = 0; c < windows; c++)
             if (!s.failed) search_side(&s, c / (n * n), c / n % n, c % n, n);
+        s.last = true;
         follow(&s);
         free(s.pending);
         free(s.fan);

@@ -3,6 +3,7 @@
  * path from this end can begin with. */
 #ifndef KELLER_PATH_TREE_H
 #define KELLER_PATH_TREE_H
+#include "path/advance.h"
 #include "path/cells.h"
 #include "path/sieve.h"
 #include "path/trie.h"
@@ -29,6 +30,7 @@ typedef struct {
     const CellGrid *cells;
     size_t cells_most;          /* candidates that may be found for them, about */
     const FaceBox *boxes;       /* of the scene's faces, for the cells */
+    const Advance *advance;     /* NULL: nobody asks how far the search is */
 } TreeLimits;
 
 typedef struct {

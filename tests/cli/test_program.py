@@ -115,7 +115,7 @@ def test_wrong_usage_is_told_in_one_line(folder, shared):
         (["paths", "a.h5", "--strongest", "0"], "--strongest"), (["plot", "a.h5"], "-o"),
         (["plot", "a.h5", "--what", "delay", "--frequency", "1", "-o", "a.png"], "first frequency"),
         (["plot", "a.h5", "-o", "a.pdf"], "a.pdf"), (["plot", "a.h5", "--what", "noise", "-o", "a.png"], "noise"),
-        (["export", "a.h5"], "ends in .wav"), (["scene"], "generate"),
+        (["export", "a.h5"], "ends in .csv"), (["scene"], "generate"),
         (["bench"], "cone"), (["bench", "nothing"], "cone"),
     ]:
         expect(keller(*arguments, cwd=folder), USAGE, word, "keller help")
@@ -425,7 +425,7 @@ def test_h5py_reads_every_dataset(folder, shared):
             "interactions/wedge": ("u4", (I,), None),
             "coverage/map/path_gain": ("f8", (T, F, NY, NX), "1"), "coverage/map/delay_spread": ("f8", (T, NY, NX), "s"),
             "coverage/map/strongest_delay": ("f8", (T, NY, NX), "s"), "coverage/map/x": ("f8", (NX,), "m"),
-            "coverage/map/y": ("f8", (NY,), "m"),
+            "coverage/map/y": ("f8", (NY,), "m"), "coverage/map/z": ("f8", (NY, NX), "m"),
         }
         for name, (kind, shape, unit) in expected.items():
             data = f[name]
@@ -457,6 +457,7 @@ def test_h5py_reads_every_dataset(folder, shared):
         # what the numbers mean: 30 dBm is 1 W; rx1 is 5.123 m from tx1 on the line of sight
         assert list(f["receivers/id"].asstr()) == ["rx1"] + [f"walk[{i}]" for i in range(3)] + [f"map[{i}]" for i in range(15)]
         assert f["transmitters/power"][0] == 1 and list(f["coverage/map/x"]) == [-4, -2, 0, 2, 4]
+        assert (f["coverage/map/z"][()] == 1.5).all()
         first = (f["paths/tx"][()] == 0) & (f["paths/rx"][()] == 0)
         length = numpy.sqrt(5 ** 2 + 1 ** 2 + 0.5 ** 2)
         assert abs(f["paths/length"][first].min() - length) < 1e-12 * length
@@ -685,6 +686,91 @@ def test_a_text_of_four_gigabytes_is_not_believed(folder, shared):
         run.returncode = os.waitstatus_to_exitcode(status)
         assert run.returncode == BAD_INPUT and "bad.h5" in error, (verb, run.returncode, error)
         assert usage.ru_maxrss < 1 << 20, (verb, usage.ru_maxrss)    # KiB: below 1 GiB
+
+
+# ---- maps that follow the ground ------------------------------------------------------------------------------------
+
+
+HILL = """o hill
+v -4 -2 1
+v 2 -2 4
+v 2 2 4
+v -4 2 1
+f 1 2 3 4
+o roof
+v -1 -1 8
+v 1 -1 8
+v 1 1 8
+v -1 1 8
+f 5 6 7 8
+"""
+
+
+def check_exports(folder, z, gain):
+    """The map of all.h5, as CSV, as JSON, and as ParaView would find it."""
+    import h5py
+    import numpy
+    for ending in ["csv", "json", "xdmf"]:
+        expect(keller("export", "all.h5", "-o", "map." + ending, cwd=folder), DONE)
+        expect(keller("export", "all.h5", "-o", "map." + ending, cwd=folder), IO, "--force")
+    rows = [line.split(",") for line in (folder / "map.csv").read_text().splitlines()]
+    assert rows[0][:6] == ["tx", "frequency/Hz", "x/m", "y/m", "z/m", "path_gain"] and len(rows) == 1 + 2 * 2 * 15, rows[0]
+    values = numpy.array([[float(cell) for cell in row[1:6]] for row in rows[1:]])
+    assert [row[0] for row in rows[1::30]] == ["tx1", "tx2"] and list(values[::15, 0]) == [3.5e9, 28e9] * 2
+    assert list(values[:5, 1]) == [-4, -2, 0, 2, 4] and list(values[::5, 2][:3]) == [-2, 0, 2]
+    assert numpy.array_equal(values[:, 3], numpy.tile(z.ravel(), 4), equal_nan=True)
+    assert numpy.array_equal(values[:, 4], gain.ravel(), equal_nan=True)
+    data = json.loads((folder / "map.json").read_text())
+    assert data["grid"] == "map" and data["x_m"] == [-4, -2, 0, 2, 4] and data["z_m"][0][4] is None
+    assert numpy.array_equal(numpy.array([m["path_gain"] for m in data["maps"]], float), gain, equal_nan=True)
+    slabs = []
+    with h5py.File(folder / "all.h5") as f:
+        for item in ElementTree.parse(folder / "map.xdmf").getroot().iter("DataItem"):
+            if item.get("Format") == "HDF":
+                file, path = item.text.split(":")
+                assert file == "all.h5" and f[path].shape == tuple(map(int, item.get("Dimensions").split())), item.text
+            if item.get("ItemType") == "HyperSlab":
+                begin, stride, count = numpy.array(list(map(int, item[0].text.split()))).reshape(3, -1)
+                assert (stride == 1).all() and count.prod() == numpy.prod(list(map(int, item.get("Dimensions").split())))
+                slabs.append(f[item[1].text.split(":")[1]][tuple(slice(b, b + c) for b, c in zip(begin, count))])
+    assert slabs[0].shape == (15, 3) and numpy.array_equal(slabs[0][:, 2], z.ravel(), equal_nan=True)
+    assert len(slabs) == 5 and numpy.array_equal(numpy.concatenate(slabs[1:], axis=1)[0].reshape(gain.shape), gain, equal_nan=True)
+    expect(keller("export", "all.h5", "-o", "map.vtk", cwd=folder), USAGE, ".xdmf")
+    expect(keller("export", "all.h5", "--tx", "tx1", "-o", "b.csv", cwd=folder), USAGE, "--tx")
+    expect(keller("export", "all.h5", "--grid", "none", "-o", "b.csv", cwd=folder), USAGE, '"none"')
+
+
+def test_a_map_follows_the_ground(folder, shared):
+    """The hill is z = 3 + x/2 up to x = 2 m: columns x = -4, -2, 0, 2 of the map have ground, x = 4 has none."""
+    (folder / "hill.obj").write_text(HILL)
+    over = CONFIG.replace("scene.obj", "hill.obj").replace("STEP", "2 m").replace('z="2 m"', 'z="12 m"').replace(
+        '  <receivers id="walk" file="walk.csv"/>\n', "")
+    over = over.replace('<grid id="map" z="1.5 m">', '<grid id="map" height="1.5 m"> <over object="hill"/>')
+    (folder / "hill.xml").write_text(over)
+    (folder / "all.xml").write_text(over.replace('<over object="hill"/>', ""))
+    (folder / "wrong.xml").write_text(over.replace('object="hill"', 'object="hil"'))
+    done = expect(keller("check", "hill.xml", cwd=folder), DONE).stdout
+    for words in ['1.5 m over object "hill", z from 2.5 to 5.5 m', "3 of 15 cells have no surface below them: NaN"]:
+        assert words in done, done
+    expect(keller("check", "wrong.xml", cwd=folder), BAD_INPUT, "wrong.xml:11", '"hil"', 'did you mean "hill"?')
+    try:
+        import h5py
+    except ImportError:
+        raise Skip("this Python has no h5py")
+    for name, middle in [("hill", 4.5), ("all", 9.5)]:
+        assert "3 of 15 cells" in expect(keller("run", name + ".xml", cwd=folder), DONE).stdout
+        with h5py.File(folder / (name + ".h5")) as f:
+            z, gain = f["coverage/map/z"][()], f["coverage/map/path_gain"][()]
+            for column, expected in enumerate([2.5, 3.5, 4.5, 5.5]):
+                assert (abs(z[[0, 2], column] - expected) < 1e-12).all(), z
+            assert z[1, 2] == middle and (z[:, 4] != z[:, 4]).all(), z
+            assert (gain[:, :, :, 4] != gain[:, :, :, 4]).all() and (gain[:, :, :, :4] > 0).all(), gain
+            assert (f["receivers/position"][1:, 2].reshape(3, 5)[:, :4] == z[:, :4]).all()
+    check_exports(folder, z, gain)
+    need_gnuplot()
+    expect(keller("plot", "hill.h5", "-o", "hill.svg", cwd=folder), DONE)
+    text = (folder / "hill.svg").read_text()
+    assert "z = 2.5 to 5.5 m" in text and "lines of equal height every 0.5 m" in text
 
 
 # ---- plot ---------------------------------------------------------------------------------------------------------------

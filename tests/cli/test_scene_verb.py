@@ -100,6 +100,7 @@ def test_the_other_scenes_are_made(folder, shared):
     for arguments, triangles in [
         (["random", "--triangles", "500", "--size", "2"], 500), (["slivers-sphere", "--triangles", "1400"], 1400),
         (["hair", "--strands", "10"], 310), (["layers", "--count", "60"], 60 * 130),
+        (["terrain", "--triangles", "200"], 200), (["terrain", "--triangles", "200", "--count", "2", "--seed", "4"], 200 + 2 * 14),
     ]:
         told = rows(expect(scene("generate", *arguments, "-o", "a.obj", "--force", cwd=folder), DONE).stdout)
         assert int(told["triangles"]) == triangles == len(read_obj(folder / "a.obj")[1]), told

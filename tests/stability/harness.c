@@ -84,6 +84,14 @@ static KellerStatus keep_coverage(void *context, const KellerCoverage *coverage,
     return KELLER_OK;
 }
 
+static void keep_progress(void *context, double fraction)
+{
+    FoundPaths *found = context;
+    found->went_back = found->went_back || !(fraction >= found->progress && fraction <= 1);
+    found->progress = fraction;
+    found->reports++;
+}
+
 FoundPaths run_simulation(const KellerScene *scene, const Run *run)
 {
     char id[] = "x", text[] = "";
@@ -140,7 +148,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     KellerAccel *accel = NULL;
     KellerError error = {0};
     KellerSimulationWork work = {0};
-    KellerSink sink = {.context = &found, .paths = keep_paths, .coverage = keep_coverage};
+    KellerSink sink = {.context = &found, .paths = keep_paths, .coverage = keep_coverage, .progress = keep_progress};
     if (keller_accel_build(run->accelerator ? run->accelerator : "auto", scene, &accel, &error) != KELLER_OK) stop("keller_accel_build", &error);
     if (keller_simulate(&config, scene, accel, &sink, &work, &error) != KELLER_OK) stop("keller_simulate", &error);
     keller_accel_free(accel);
@@ -205,6 +213,27 @@ static bool alike(const Found *a, const Found *b, double tolerance, bool reverse
         if (a->step[i].kind != b->step[k].kind || !(v3_distance(p, b->position[k]) <= tolerance)) return false;
     }
     return true;
+}
+
+static bool same_path(const Found *a, const Found *b, size_t frequencies)
+{
+    return a->rx == b->rx && a->count == b->count && memcmp(a->step, b->step, a->count * sizeof *a->step) == 0 && a->length == b->length &&
+           memcmp(a->gain, b->gain, frequencies * sizeof *a->gain) == 0;
+}
+
+bool found_same(const FoundPaths *a, const FoundPaths *b, size_t frequencies)
+{
+    size_t i = 0; /* both come sorted by transmitter, receiver, delay, steps */
+    while (i < a->count && i < b->count && same_path(&a->path[i], &b->path[i], frequencies)) i++;
+    if (i == a->count && i == b->count) return true;
+    printf("# %zu paths and %zu paths, of which the first %zu are the same\n", a->count, b->count, i);
+    for (int k = 0; k < 2; k++) {
+        const FoundPaths *found = k ? b : a;
+        char text[256];
+        if (i < found->count)
+            printf("# then rx %u, %s\n", found->path[i].rx, path_text(found->path[i].count, found->path[i].step, text, sizeof text));
+    }
+    return false;
 }
 
 static void print_only(const char *where, const Found *p)

@@ -15,7 +15,7 @@
 typedef struct {
     size_t tx_count, rx_count;
     const KellerVec3 *tx, *rx; /* borrowed */
-    double grid_step;          /* > 0: the receivers are one grid, rx[j * nx + i] = rx[0] + (i step, j step, 0) */
+    double grid_step;          /* > 0: the receivers are one grid, rx[j * nx + i] = rx[0] + (i step, j step, any) */
     uint32_t grid_rows;        /* of that grid; 0 counts as 1 */
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
@@ -43,6 +43,9 @@ typedef struct {
     Found *path; /* in the order they came */
     size_t coverage_count;
     double coverage[8]; /* path gain of the first grid points at the first frequency */
+    size_t reports;     /* of how far it is, the last being `progress` */
+    double progress;
+    bool went_back;     /* a report said less than one before, or more than all */
     KellerSimulationWork work;
 } FoundPaths;
 
@@ -61,6 +64,9 @@ size_t found_count(const FoundPaths *found, uint32_t rx);
 
 /* One path on one line of text, for messages. */
 const char *path_text(uint32_t count, const KellerStep *steps, char *text, size_t size);
+
+/* Are they the same paths, step by step and bit for bit? Says which is the first that differs. */
+bool found_same(const FoundPaths *a, const FoundPaths *b, size_t frequencies);
 
 /* Where and how two path sets of one receiver (paths matched by kinds and positions, nearer than `tolerance`)
  * differ. */

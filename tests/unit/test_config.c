@@ -335,6 +335,26 @@ static void test_grid_ends(void **state)
     free(one);
 }
 
+/* Over the ground: what counts as ground is kept by name, and no cell has a z before the scene is known. */
+static void test_draped_grid(void **state)
+{
+    char *one = replaced(base_config, "<grid id=\"street\" z=\"1.5 m\">",
+                         "<grid id=\"street\" height=\"150 cm\"><over object=\"hill\"/><over material=\" road \"/>");
+    KellerConfig c;
+    read_text(*state, one, 0, NULL, &c);
+    const KellerReceiverSet *set = &c.sets[2];
+    assert_true(set->draped && set->height == 1.5 && isnan(set->z) && set->nx == 11);
+    assert_int_equal(set->surface_count, 2);
+    assert_true(set->surfaces[0].is_object && !set->surfaces[1].is_object);
+    assert_string_equal(set->surfaces[0].name, "hill");
+    assert_string_equal(set->surfaces[1].name, "road");
+    assert_int_equal(set->surfaces[0].line, 20);
+    KellerVec3 p = c.receivers[4 + 12].station.position;
+    assert_true(p.x == -4 && p.y == 0 && isnan(p.z));
+    keller_config_free(&c);
+    free(one);
+}
+
 /* The origin itself is (0, 0, 0); a point h above it is (0, 0, h); one 1e-5 degrees north is about M 1e-5 pi/180 =
  * 1.112 m north, M the meridian radius of curvature at 48 degrees, 6.371e6 m within 0.2 %. */
 static void test_geodetic(void **state)
@@ -467,6 +487,7 @@ int main(void)
         cmocka_unit_test(test_orders_beyond_the_solver),
         cmocka_unit_test(test_station_of_grid_and_route),
         cmocka_unit_test(test_grid_ends),
+        cmocka_unit_test(test_draped_grid),
         cmocka_unit_test(test_geodetic),
         cmocka_unit_test(test_variables),
         cmocka_unit_test(test_xml_features),

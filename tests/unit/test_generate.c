@@ -78,7 +78,7 @@ static void test_directions_are_those_of_libm(void **state)
 static void test_the_same_definition_makes_the_same_scene(void **state)
 {
     (void)state;
-    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_LAYERS; kind++)
+    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_TERRAIN; kind++)
         for (int star = 0; star < (kind == KELLER_GENERATE_CITY ? 2 : 1); star++) {
             KellerGenerate def = keller_generate_defaults((KellerGenerateKind)kind);
             def.star = star;
@@ -377,10 +377,49 @@ static KellerSoup round_trip(const KellerSoup *soup, const char *name)
     return read;
 }
 
+/* A sheet over the whole square, whose heights are as documented; houses that stand apart, with their feet in the ground. */
+static void test_houses_stand_in_the_terrain(void **state)
+{
+    (void)state;
+    KellerGenerate def = keller_generate_defaults(KELLER_GENERATE_TERRAIN);
+    def.triangles = 800;
+    def.houses = 12;
+    KellerSoup soup = made(&def);
+    assert_int_equal(soup.object_count, 13);
+    assert_string_equal(soup.objects[0], "terrain");
+    assert_int_equal(soup.triangle_count, 800 + 12 * 14);
+    double area = 0;
+    for (size_t t = 0; t < soup.triangle_count; t++) {
+        KellerVec3 a = corner(&soup, t, 0), n = v3_cross(v3_sub(corner(&soup, t, 1), a), v3_sub(corner(&soup, t, 2), a));
+        if (soup.object[t] > 0) continue;
+        assert_true(n.z > 0 && a.z >= 0 && a.z <= 0.225 * def.size);
+        area += n.z / 2;
+    }
+    assert_true(fabs(area - def.size * def.size) < 1e-6 * area);
+    for (uint32_t house = 1; house < 13; house++) {
+        double low = INFINITY, high = -INFINITY, inside = 0, above = -INFINITY;
+        KellerVec3 foot = {0, 0, 0};
+        for (size_t t = 0; t < soup.triangle_count; t++)
+            for (int i = 0; i < 3 && soup.object[t] == house; i++) {
+                KellerVec3 p = corner(&soup, t, i);
+                if (p.z < low) low = p.z, foot = p;
+                high = fmax(high, p.z);
+            }
+        for (size_t t = 0; t < soup.triangle_count; t++) {
+            KellerVec3 a = corner(&soup, t, 0), b = corner(&soup, t, 1), c = corner(&soup, t, 2), n = v3_cross(v3_sub(b, a), v3_sub(c, a));
+            if (soup.object[t] > 0 || !in_triangle(foot, a, b, c)) continue;
+            above = fmax(above, a.z - (n.x * (foot.x - a.x) + n.y * (foot.y - a.y)) / n.z);
+            inside++;
+        }
+        assert_true(inside > 0 && low <= above - 0.99 && high > above + 4);
+    }
+    keller_soup_free(&soup);
+}
+
 static void test_generated_scenes_are_read_back_as_they_were(void **state)
 {
     (void)state;
-    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_LAYERS; kind++) {
+    for (int kind = KELLER_GENERATE_CITY; kind <= KELLER_GENERATE_TERRAIN; kind++) {
         KellerGenerate def = keller_generate_defaults((KellerGenerateKind)kind);
         def.star = true;
         KellerSoup soup = made(&def), obj = round_trip(&soup, "a.obj"), ply = round_trip(&obj, "a.ply");
@@ -500,6 +539,7 @@ int main(void)
         cmocka_unit_test(test_the_sphere_of_slivers_is_closed_and_thin),
         cmocka_unit_test(test_hair_has_31_thin_triangles_a_strand),
         cmocka_unit_test(test_the_axis_of_the_layers_meets_every_sheet),
+        cmocka_unit_test(test_houses_stand_in_the_terrain),
         cmocka_unit_test(test_generated_scenes_are_read_back_as_they_were),
         cmocka_unit_test(test_awkward_numbers_and_names_survive),
         cmocka_unit_test(test_a_name_that_would_mislead_is_changed),
