@@ -29,9 +29,10 @@ typedef struct {
         double complex eta;
         double thickness;    /* m */
     } layers[KELLER_MAX_LAYERS];
-    bool sound;              /* a surface for sound (keller/sound.h): only the next two count */
-    double complex impedance; /* specific, normal; 0: reflects the same at every angle */
-    double factor;           /* of the pressure: the whole reflection where impedance is 0, else what scattering leaves of it */
+    bool sound;              /* a surface for sound (keller/sound.h): only the next three count */
+    bool reacts;             /* locally, with an impedance; else it reflects the same at every angle */
+    double complex impedance; /* specific, normal, of a surface that reacts; 0: the pressure at it is 0 */
+    double factor;           /* of the pressure: what scattering leaves of the reflection where it reacts, else the whole reflection */
 } KellerMedium;
 
 /* True if `name` is in the ITU-R P.2040-4 table. */

@@ -164,6 +164,22 @@ static KellerStatus flush(Simulation *s, bool all, KellerError *error)
     return status;
 }
 
+/* The levels of the `count` cells from `cell` on. */
+static KellerStatus levels_of(KellerCoverage *coverage, uint32_t cell, uint32_t count, const FieldContext *fields,
+                              const PairResult *results, uint32_t threads, KellerError *error)
+{
+    KellerStatus status = KELLER_OK;
+#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (threads > 1)
+    for (uint32_t i = 0; i < count; i++) { /* each its own cell */
+        KellerError own;
+        KellerStatus here = level_cell(coverage, cell + i, fields, &results[i], &own);
+        if (here == KELLER_OK) continue;
+#pragma omp critical(keller_simulate)
+        status = keller_error(error, here, "%s", own.message);
+    }
+    return status;
+}
+
 /* Works on the receivers first .. first + count - 1 of a set and hands them out in order. part: NULL, or the part of the grid whose
  * cells from `cell` on they are. */
 static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint32_t first, uint32_t count, const Part *part,
@@ -202,10 +218,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
 #pragma omp critical(keller_simulate)
         add_work(s->work, &work);
     }
-    bool levels = status == KELLER_OK && coverage && coverage->level;
-#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (levels && threads > 1)
-    for (uint32_t i = 0; i < count; i++) /* each its own cell */
-        if (levels) level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
+    if (status == KELLER_OK && coverage && coverage->level)
+        status = levels_of(coverage, first - set->first, count, &s->fields, results, threads, error);
     for (uint32_t i = 0; i < count; i++) {
         if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
                                                            &results[i]);
