@@ -51,8 +51,10 @@ static void forget_ways(Scattering *s)
 {
     path_list_free(&s->ways);
     free(s->way);
+    free(s->way_bends);
     free(s->way_begin);
     s->way = s->way_begin = NULL;
+    s->way_bends = NULL;
     s->lit_count = 0;
 }
 
@@ -244,24 +246,34 @@ static bool walk_leads(const Scattering *s, const Leads *leads, uint32_t threads
     return ok;
 }
 
-/* Sorts the ways by their patches. */
+static uint32_t bends_of(const PathList *list, size_t index)
+{
+    const PathItem *item = &list->items[index];
+    uint32_t bends = 0;
+    for (uint32_t i = 0; i < item->count; i++) bends += list->nodes[item->begin + i].step.kind != KELLER_TRANSMISSION;
+    return bends;
+}
+
+/* Sorts the ways by their patches, those with fewer bends first. */
 static bool order_ways(Scattering *s, Ways *all)
 {
     size_t n = all->ways.count;
     s->ways = all->ways;
     s->way = malloc((n + 1) * sizeof *s->way);
+    s->way_bends = malloc(n + 1);
     s->way_begin = calloc(s->patches.count + 2, sizeof *s->way_begin);
-    if (!s->way || !s->way_begin || n > UINT32_MAX) return false;
+    if (!s->way || !s->way_bends || !s->way_begin || n > UINT32_MAX) return false;
     uint32_t *at = s->way_begin + 1; /* where the next of each patch goes; in the end, where those of the next patch begin */
     for (size_t i = 0; i < n; i++) at[all->patch[i] + 1]++;
     for (size_t p = 0; p < s->patches.count; p++) at[p + 1] += at[p];
-    for (size_t i = 0; i < n; i++) {
-        const PathItem *item = &s->ways.items[i];
-        uint32_t patch = all->patch[i], bends = 0;
-        s->way[at[patch]++] = (uint32_t)i;
-        for (uint32_t j = 0; j < item->count; j++) bends += s->ways.nodes[item->begin + j].step.kind != KELLER_TRANSMISSION;
-        if (bends < s->fewest[patch]) s->fewest[patch] = (uint8_t)bends;
-    }
+    for (uint32_t bends = 1; bends <= s->bends; bends++)
+        for (size_t i = 0; i < n; i++) {
+            uint32_t patch = all->patch[i];
+            if (bends_of(&s->ways, i) != bends) continue;
+            s->way_bends[at[patch]] = (uint8_t)bends;
+            s->way[at[patch]++] = (uint32_t)i;
+            if (bends < s->fewest[patch]) s->fewest[patch] = (uint8_t)bends;
+        }
     return true;
 }
 
@@ -312,7 +324,9 @@ static bool send_on(void *context, uint32_t patch, const KellerPath *behind)
             !combine(s, p, &before, behind, f->rx, f->list))
             return false;
     }
+    uint32_t bends = of_kind(behind, KELLER_REFLECTION) + of_kind(behind, KELLER_DIFFRACTION);
     for (uint32_t i = s->way_begin ? s->way_begin[patch] : 0, end = s->way_begin ? s->way_begin[patch + 1] : 0; i < end; i++) {
+        if (bends + s->way_bends[i] > s->bends) break;
         path_list_get(&s->ways, s->way[i], &before);
         if (!combine(s, p, &before, behind, f->rx, f->list)) return false;
     }

@@ -43,7 +43,8 @@ typedef struct {
     uint32_t *lit;              /* patches that there is a way to, in order, */
     size_t lit_count;           /* their number */
     PathList ways;              /* to patches, with bends, */
-    uint32_t *way;              /* places in this list, by patch, */
+    uint32_t *way;              /* places in this list, by patch, then by bends, */
+    uint8_t *way_bends;         /* how many each has, in the same order, */
     uint32_t *way_begin;        /* [patches.count + 1] and where each patch's begin; NULL: there are none */
 } Scattering;
 #define PATCH_DARK UINT8_MAX

@@ -250,6 +250,38 @@ static void within_the_orders(void **state)
     soup_release(&soup);
 }
 
+/* The cells of a map have the paths that receivers at their places have, and the sum of powers. */
+static void cells_are_receivers(void **state)
+{
+    (void)state;
+    const KellerVec3 tx = {-2.2, 5.1, 1.4};
+    KellerVec3 rx[6];
+    for (int i = 0; i < 6; i++) rx[i] = v3(1.1 + 0.7 * (i % 3), 4.3 + 0.7 * (i / 3), 1.2);
+    KellerSoup soup = yard();
+    KellerScene scene = scene_of(&soup);
+    Run run = run_new(&tx, 6, rx, 1, 1, 3);
+    run.patch = 2;
+    run.with_scattering = 1;
+    FoundPaths points = run_simulation(&scene, &run);
+    run.grid_step = 0.7;
+    run.grid_rows = 2;
+    FoundPaths cells = run_simulation(&scene, &run);
+    assert_int_equal(cells.count, points.count);
+    double sum[6] = {0};
+    double complex coherent[6] = {0};
+    for (size_t i = 0; i < points.count; i++) {
+        const Found *p = &points.path[i];
+        assert_true(cabs(cells.path[i].gain[0] - p->gain[0]) <= 1e-12 * cabs(p->gain[0]));
+        if (scattered(p)) sum[p->rx] += power(p->gain[0]);
+        else coherent[p->rx] += p->gain[0];
+    }
+    for (int i = 0; i < 6; i++) assert_true(fabs(cells.coverage[i] / (power(coherent[i]) + sum[i]) - 1) < 1e-9);
+    found_free(&points);
+    found_free(&cells);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
 /* ---- a conducting ground: mirror images ------------------------------------------------------------------------------------ */
 
 static KellerVec3 below(KellerVec3 p) { return v3(p.x, p.y, -p.z); }
@@ -502,6 +534,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_combinations),
         cmocka_unit_test(within_the_orders),
+        cmocka_unit_test(cells_are_receivers),
         cmocka_unit_test(finer_patches_over_a_mirror),
         cmocka_unit_test(power_through_a_quarter_sphere),
         cmocka_unit_test(power_in_a_room),

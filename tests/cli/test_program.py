@@ -229,6 +229,9 @@ def test_bench_accuracy(folder, shared):
     assert len([row for row in rows if row[0] == "conductor"]) == 28
     assert {"accuracy-lossy.csv", "accuracy-edges.csv", "accuracy-field-90.csv"} <= set(names(folder))
     assert keller("bench", "accuracy", "--truth", cwd=folder).returncode == USAGE
+    done = expect(keller("bench", "accuracy", "--csv", "--transition", cwd=folder), DONE)
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    assert len(rows) == 15 and all(float(row["difference"]) < 2e-14 and float(row["keller_ns"]) > 0 for row in rows), rows
 
 
 def test_bench_of_next_hits_loses_none(folder, shared):
