@@ -82,18 +82,38 @@ static void diffract(const KellerScene *scene, const KellerPath *path, const Pat
     wave->chained = true;
 }
 
-/* Two waves at a patch that scatters step i of the path. */
-static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t i, const KellerMedium *media, Wave *wave)
+/* The transfer matrix but for weight, air and phase; false where it is zero. */
+static bool carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
+                  const KellerMedium *media, double complex transfer[4])
 {
-    const KellerFace *f = &scene->faces[path->step[i].id];
-    double phase[2];
-    patch_phase(path->position[i], phase);
-    for (int j = 0; j < 2; j++)
-        wave->e[j] = keller_scatter_field(&media[f->material], f->normal, path->leg[i], path->leg[i + 1], path->patch, phase, wave->k,
-                                          wave->e[j]);
+    if (!(edges->weight > 0)) return false;
+    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
+    keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
+    keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
+    Cascade cascade;
+    Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
+    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
+    uint32_t number = 0;
+    for (uint32_t i = 0; i < path->count; i++) {
+        const KellerStep *step = &path->step[i];
+        if (step->kind == KELLER_DIFFRACTION) {
+            diffract(scene, path, &edges->edge[number], number, &cascade, media, &wave);
+            i = edges->edge[number++].end;
+        } else {
+            meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
+        }
+    }
+    for (int j = 0; j < 2; j++) {
+        KellerCVec3 e = wave.chained ? chain_field(&wave.chain, j) : wave.e[j];
+        transfer[0 + j] = spreading * wave.fade * component(e, theta_rx);
+        transfer[2 + j] = spreading * wave.fade * component(e, phi_rx);
+    }
+    return true;
 }
 
-/* The part of a path between its ends or the patch that scatters it, steps begin .. end - 1. */
+/* ---- scattered paths --------------------------------------------------------------------------------------------------- */
+
+/* A part of a path, steps begin .. end - 1. */
 static void part_of(const KellerPath *path, uint32_t begin, uint32_t end, double length, KellerPath *part)
 {
     part->count = end - begin;
@@ -110,94 +130,62 @@ static void part_of(const KellerPath *path, uint32_t begin, uint32_t end, double
     part->leg[end - begin] = path->leg[end];
 }
 
-static double length_to(const KellerPath *path, KellerVec3 tx, uint32_t step)
-{
-    double length = 0;
-    for (uint32_t i = 0; i <= step; i++) length += v3_distance(i > 0 ? path->position[i - 1] : tx, path->position[i]);
-    return length;
-}
-
 bool path_halves(const KellerPath *path, KellerVec3 tx, KellerPath half[2], uint32_t *at)
 {
     if (!(path->patch > 0)) return false;
-    *at = 0;
-    while (path->step[*at].kind != KELLER_SCATTERING) ++*at;
-    double before = length_to(path, tx, *at);
-    part_of(path, 0, *at, before, &half[0]);
-    part_of(path, *at + 1, path->count, path->length - before, &half[1]);
+    uint32_t n = 0;
+    double before = v3_distance(tx, path->position[0]);
+    for (; path->step[n].kind != KELLER_SCATTERING; n++) before += v3_distance(path->position[n], path->position[n + 1]);
+    part_of(path, 0, n, before, &half[0]);
+    part_of(path, n + 1, path->count, path->length - before, &half[1]);
+    *at = n;
     return true;
 }
 
-/* Carries the waves along a path, or a half of it, that is not scattered; returns what is left of them by spreading and fading, 1/m. */
-static double carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 from, const KellerMedium *media,
-                    Wave *wave)
+/* The patch, in step `at`, between the transfer matrices of the two halves. */
+static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t at, double k, const KellerMedium *media,
+                    const double complex before[4], const double complex behind[4], double complex transfer[4])
 {
-    Cascade cascade;
-    double spreading = edges->weight * path_cascade(scene, path, edges, from, &cascade);
-    uint32_t number = 0;
-    wave->fade = 1;
-    wave->chained = false;
-    for (uint32_t i = 0; i < path->count; i++) {
-        const KellerStep *step = &path->step[i];
-        if (step->kind == KELLER_DIFFRACTION) {
-            diffract(scene, path, &edges->edge[number], number, &cascade, media, wave);
-            i = edges->edge[number++].end;
-        } else {
-            meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, wave);
-        }
-    }
-    for (int j = 0; j < 2 && wave->chained; j++) wave->e[j] = chain_field(&wave->chain, j);
-    return spreading * wave->fade;
-}
-
-/* A path, or the two halves of one that is scattered, at step `patch`, with their edges. */
-typedef struct {
-    const KellerPath *whole, *part[2];
-    uint32_t parts, patch;
-    PathEdges edges[2];
-} Ways;
-
-/* The transfer matrix but for weight, air and phase, strips up to `width` being one edge; returns how wide the widest of these is. */
-static double transfer_of(const KellerScene *scene, Ways *w, KellerVec3 tx, double width, double k, const KellerMedium *media,
-                          double complex transfer[4])
-{
-    double widest = 0, weight = 1, spreading = 1;
-    for (uint32_t i = 0; i < w->parts; i++) {
-        path_edges(scene, w->part[i], width, &w->edges[i]);
-        widest = greater(widest, w->edges[i].widest);
-        weight *= w->edges[i].weight;
-    }
-    if (!(weight > 0)) return widest;
-    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
-    keller_spherical_basis(w->whole->leg[0], &theta_tx, &phi_tx);
-    keller_spherical_basis(v3_scale(w->whole->leg[w->whole->count], -1), &theta_rx, &phi_rx);
-    Wave wave = {.k = k, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
-    for (uint32_t i = 0; i < w->parts; i++) {
-        if (i > 0) scatter(scene, w->whole, w->patch, media, &wave);
-        spreading *= carry(scene, w->part[i], &w->edges[i], i > 0 ? w->whole->position[w->patch] : tx, media, &wave);
-    }
+    const KellerFace *f = &scene->faces[path->step[at].id];
+    KellerVec3 in = path->leg[at], out = path->leg[at + 1], theta_in, phi_in, theta_out, phi_out;
+    double phase[2];
+    patch_phase(path->position[at], phase);
+    keller_spherical_basis(v3_scale(in, -1), &theta_in, &phi_in);
+    keller_spherical_basis(out, &theta_out, &phi_out);
     for (int j = 0; j < 2; j++) {
-        transfer[0 + j] = spreading * component(wave.e[j], theta_rx);
-        transfer[2 + j] = spreading * component(wave.e[j], phi_rx);
+        double complex a = before[j], b = before[2 + j];
+        KellerCVec3 e = {a * theta_in.x + b * phi_in.x, a * theta_in.y + b * phi_in.y, a * theta_in.z + b * phi_in.z};
+        e = keller_scatter_field(&media[f->material], f->normal, in, out, path->patch, phase, k, e);
+        double complex p = component(e, theta_out), q = component(e, phi_out);
+        transfer[j] = behind[0] * p + behind[1] * q;
+        transfer[2 + j] = behind[2] * p + behind[3] * q;
     }
-    return widest;
 }
 
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
     double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
-    const double one = path_one_edge * lambda, two = path_two_edges * lambda;
     KellerPath half[2];
-    Ways ways = {.whole = path, .part = {path, NULL}, .parts = 1};
-    if (path_halves(path, tx, half, &ways.patch)) {
-        ways.parts = 2;
-        for (int i = 0; i < 2; i++) ways.part[i] = &half[i];
+    uint32_t at;
+    if (path_halves(path, tx, half, &at)) {
+        double complex there[4], on[4];
+        keller_path_transfer(scene, &half[0], tx, frequency, media, there);
+        keller_path_transfer(scene, &half[1], path->position[at], frequency, media, on);
+        scatter(scene, path, at, k, media, there, on, transfer);
+        for (int i = 0; i < 4; i++) transfer[i] *= path->weight * 4 * M_PI / lambda; /* each half has lambda/4 pi */
+        return;
     }
+    const double one = path_one_edge * lambda, two = path_two_edges * lambda;
+    PathEdges edges;
     double complex t[2][4] = {{0}};
-    double widest = transfer_of(scene, &ways, tx, two, k, media, t[0]);
-    double part = widest > one ? (two - widest) / (two - one) : 1;
-    if (part < 1) transfer_of(scene, &ways, tx, one, k, media, t[1]);
+    path_edges(scene, path, two, &edges);
+    double part = edges.widest > one ? (two - edges.widest) / (two - one) : 1;
+    carry(scene, path, &edges, tx, k, media, t[0]);
+    if (part < 1) {
+        path_edges(scene, path, one, &edges);
+        carry(scene, path, &edges, tx, k, media, t[1]);
+    }
     double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
     double complex common = path->weight * absorbed * lambda / (4 * M_PI) * cexp(-I * fmod(k * path->length, 2 * M_PI));
     for (int i = 0; i < 4; i++) transfer[i] = common * (part < 1 ? part * t[0][i] + (1 - part) * t[1][i] : t[0][i]);
