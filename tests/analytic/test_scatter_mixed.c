@@ -529,6 +529,37 @@ static void through_a_corner(void **state)
     soup_release(&soup);
 }
 
+/* Two faces of different materials in one place: one of them scatters, on bent paths too. */
+static void coincident_faces(void **state)
+{
+    (void)state;
+    const KellerVec3 tx = {-2.2, 5.1, 1.4}, rx = {2.4, 5.7, 1.2};
+    size_t count[2] = {0, 0}, doubled = 0;
+    for (int both = 0; both < 2; both++) {
+        KellerSoup soup = soup_new();
+        soup.materials[CONCRETE].diffuse = lobes;
+        soup.materials[CONDUCTOR].diffuse = lambert;
+        for (int sheet = 0; sheet <= both; sheet++) {
+            soup_object(&soup, "wall");
+            soup_quad(&soup, v3(-3, 0, 0.5), v3(3, 0, 0.5), v3(3, 0, 4), v3(-3, 0, 4), sheet ? CONDUCTOR : CONCRETE);
+        }
+        soup_object(&soup, "ground");
+        soup_quad(&soup, v3(-20, -20, 0), v3(20, -20, 0), v3(20, 20, 0), v3(-20, 20, 0), DRY_GROUND);
+        KellerScene scene = scene_of(&soup);
+        Run run = run_new(&tx, 1, &rx, 2, 0, 3);
+        run.patch = 1;
+        run.with_scattering = 2;
+        FoundPaths found = run_simulation(&scene, &run);
+        for (size_t i = 0; i < found.count; i++) count[both] += scattered(&found.path[i]) && found.path[i].count > 1;
+        doubled += paths_doubled(&found, 0, 1e-9);
+        found_free(&found);
+        keller_scene_free(&scene);
+        soup_release(&soup);
+    }
+    assert_true(count[0] > 40 && doubled == 0);
+    assert_int_equal(count[0], count[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -540,6 +571,7 @@ int main(void)
         cmocka_unit_test(power_in_a_room),
         cmocka_unit_test(ends_exchanged),
         cmocka_unit_test(through_a_corner),
+        cmocka_unit_test(coincident_faces),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
