@@ -1,5 +1,5 @@
-"""Prints the table of src/wave/transition.c: Chebyshev series of H(y) = F/y, y = r/(r + 2), r the root of F's argument, as polynomials
-in t from -1 to 1 on each of eight parts of y from 0 to 1. Needs mpmath. How good they are: the sum of what is left off."""
+"""Prints the table of src/wave/transition.c: Chebyshev series of H(y) = F/y, y = r/(r + 2), r the root of F's argument, as
+polynomials in t from -1 to 1 on each of eight parts of y from 0 to 1. Needs mpmath. How good they are: the sum of what is left off."""
 import sys
 
 import mpmath

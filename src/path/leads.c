@@ -38,7 +38,8 @@ void leads_free(Leads *leads)
 static bool along_plane(const KellerScene *scene, StepCode last, uint32_t face)
 {
     uint32_t plane = scene->faces[face].plane;
-    return code_is_wedge(last) ? path_wedge_in_plane(scene, &scene->wedges[code_id(last)], plane) : scene->faces[code_id(last)].plane == plane;
+    uint32_t id = code_id(last);
+    return code_is_wedge(last) ? path_wedge_in_plane(scene, &scene->wedges[id], plane) : scene->faces[id].plane == plane;
 }
 
 typedef struct {
@@ -53,8 +54,8 @@ static bool hand_on(void *context, const KellerPath *path)
     return w->found(w->context, w->patch, path);
 }
 
-bool leads_walk(const Scattering *s, const Leads *leads, uint32_t lead, bool to_end, const uint8_t *fewest, LeadFound found, void *context,
-                JoinWork *work)
+bool leads_walk(const Scattering *s, const Leads *leads, uint32_t lead, bool to_end, const uint8_t *fewest, LeadFound found,
+                void *context, JoinWork *work)
 {
     StepCode codes[KELLER_MAX_BENDS];
     KellerStep steps[KELLER_MAX_BENDS], back[KELLER_MAX_BENDS];

@@ -87,7 +87,8 @@ static void go_straight(KellerVec3 a, KellerVec3 b, KellerPath *way)
     way->leg[0] = v3_scale(v3_sub(b, a), 1 / way->length);
 }
 
-/* The straight way between a patch and an end, through up to `slabs` slabs; false: there is none. The face's own plane is not in the way. */
+/* The straight way between a patch and an end, through up to `slabs` slabs; false: there is none. The face's own plane is not in the
+ * way. */
 static bool straight_way(const Scattering *s, const Patch *patch, KellerVec3 end, bool to_end, uint32_t slabs, KellerPath *way,
                          KellerAccelWork *work)
 {
@@ -134,12 +135,13 @@ static void append(KellerPath *path, const KellerPath *way)
     path->count += way->count;
 }
 
-/* The path of two ways, one that comes to the patch and one that leaves it, if they are on one side of it and are within the orders asked
- * for. false: memory. */
+/* The path of two ways, one that comes to the patch and one that leaves it, if they are on one side of it and within the orders
+ * asked for. false: memory. */
 static bool combine(const Scattering *s, const Patch *patch, const KellerPath *before, const KellerPath *behind, KellerVec3 rx,
                     PathList *list)
 {
-    KellerVec3 last = before->count > 0 ? before->position[before->count - 1] : s->tx, next = behind->count > 0 ? behind->position[0] : rx;
+    KellerVec3 last = before->count > 0 ? before->position[before->count - 1] : s->tx;
+    KellerVec3 next = behind->count > 0 ? behind->position[0] : rx;
     if (!(height(s->scene, patch, last) * height(s->scene, patch, next) > 0) || !in_order(s, before, behind)) return true;
     KellerPath path;
     path.count = 0;

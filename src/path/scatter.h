@@ -49,13 +49,15 @@ typedef struct {
 } Scattering;
 #define PATCH_DARK UINT8_MAX
 
-/* Cuts the faces; where nothing scatters, or nothing is asked for, there are no patches. Errors as patches_of. Free with scattering_free. */
+/* Cuts the faces; where nothing scatters, or nothing is asked for, there are no patches. Errors as patches_of. Free with
+ * scattering_free. */
 KellerStatus scattering_init(Scattering *s, const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
                              const FaceBox *boxes, KellerError *error);
 void scattering_free(Scattering *s);
 /* Finds what the transmitter lights. KELLER_FAILED: memory. */
 KellerStatus scattering_from(Scattering *s, KellerVec3 tx, uint32_t threads, TreeWork *tree, KellerError *error);
-/* Appends all paths from the transmitter to rx that are scattered; their order may depend on the number of threads. KELLER_FAILED: memory. */
+/* Appends all paths from the transmitter to rx that are scattered; their order may depend on the number of threads.
+ * KELLER_FAILED: memory. */
 KellerStatus scattering_add(const Scattering *s, KellerVec3 rx, uint32_t threads, PathList *list, TreeWork *tree, JoinWork *work,
                             KellerError *error);
 

@@ -1,9 +1,9 @@
 /* The transition function by polynomials, six times as fast as by the Faddeeva function (docs/theory.md, "In numbers"). */
 #include "keller/wave.h"
 
-/* F(r^2) = y H(y) with y = r/(r + 2), so that all of 0 .. infinity is 0 .. 1, and the zero of F at 0 stays exact. H is smooth and of size
- * 1 to 2.7; on each of the parts of 0 .. 1 it is a polynomial in t, -1 .. 1, by the Chebyshev series, of which 4e-17 is left off. Printed
- * by tools/transition_table.py. */
+/* F(r^2) = y H(y) with y = r/(r + 2), so that all of 0 .. infinity is 0 .. 1, and the zero of F at 0 stays exact. H is smooth and of
+ * size 1 to 3.6; on each of the parts of 0 .. 1 it is a polynomial in t, -1 .. 1, by the Chebyshev series, of which 4e-17 is left off.
+ * Printed by tools/transition_table.py. */
 enum { PARTS = 8, TERMS = 14, CENTRE = 2 };
 static const double series[PARTS][TERMS][2] = {
     {{2.6325258688918565, 2.1520039723473325}, {0.09388498134524717, -0.36350690222331633},
@@ -63,7 +63,7 @@ static const double series[PARTS][TERMS][2] = {
      {-1.496008309662262e-11, -1.120426925369192e-11}, {7.001523829582634e-13, 1.927131496615866e-12},
      {6.886836889064083e-14, -2.2609965009813348e-13}, {-2.1980688744949806e-14, 1.6942863525712947e-14}}};
 
-static const double far = 1e8; /* of the asymptotic series the third term, 3/4x^2, is then below half of a unit in the last place */
+static const double far = 1e8; /* the third term of the asymptotic series, 3/4x^2, is from here on below half of 2^-52 */
 
 double complex keller_transition(double x)
 {

@@ -1,5 +1,5 @@
-/* The transition function by the Faddeeva function of libcerf: one smooth function for all x, where 1 minus Fresnel integrals would cancel. Slow,
- * and good to 1.1e-14 |F| (libcerf's own error, largest near x = 65). */
+/* The transition function by the Faddeeva function of libcerf: one smooth function for all x, where 1 minus Fresnel integrals would
+ * cancel. Slow, and good to 1.1e-14 |F| (libcerf's own error, largest near x = 65). */
 #ifndef TEST_TRUTH_TRANSITION_H
 #define TEST_TRUTH_TRANSITION_H
 #include <cerf.h>
