@@ -224,15 +224,15 @@ static void within_the_orders(void **state)
     run.patch = 2;
     run.with_scattering = WITH;
     FoundPaths all = run_simulation(&scene, &run);
-    for (uint32_t with = 0; with <= WITH; with++)
-        for (uint32_t interactions = 1; interactions <= INTERACTIONS; interactions++) {
-            Run less = run;
-            less.with_scattering = with;
-            less.interactions = interactions;
-            FoundPaths some = run_simulation(&scene, &less);
-            assert_int_equal(mixed_count(&some, UINT32_MAX, UINT32_MAX), mixed_count(&all, with, interactions));
-            found_free(&some);
-        }
+    static const uint32_t orders[5][2] = {{0, 1}, {1, 2}, {1, 3}, {2, 2}, {2, 3}}; /* beside the scattering; all together */
+    for (int i = 0; i < 5; i++) {
+        Run less = run;
+        less.with_scattering = orders[i][0];
+        less.interactions = orders[i][1];
+        FoundPaths some = run_simulation(&scene, &less);
+        assert_int_equal(mixed_count(&some, UINT32_MAX, UINT32_MAX), mixed_count(&all, orders[i][0], orders[i][1]));
+        found_free(&some);
+    }
     Run other = run;
     other.threads = 3;
     other.cone = 0.2;
@@ -449,7 +449,7 @@ static void power_in_a_room(void **state)
     }
     for (int k = 0; k < 6; k++) {
         print_message("# through the walls of a room: \"%s\" %.4f of the power, expected %.4f\n", kinds[k], sum[k], expected[k]);
-        /* patches of half a metre, in corners as near as that */
+        /* patches of half a metre are in corners as near as that */
         assert_true(fabs(sum[k] / expected[k] - 1) < (k == 2 || k > 3 ? 0.02 : 2e-3));
     }
     found_free(&found);
