@@ -1,6 +1,6 @@
 /* keller-bench-accuracy -- the fields of this library against exact solutions: the numbers and pictures of docs/accuracy.md.
  *
- * usage: keller-bench-accuracy [--csv] [--truth FOLDER] [--curves FOLDER]
+ * usage: keller-bench-accuracy [--csv] [--truth FOLDER] [--curves FOLDER] | [--csv] --transition
  *
  * The exact fields of conductors are tables (a_halfplane, b_wedge_plane, b_wedge_line, b_point3d, e_double_knife .csv) in FOLDER,
  * ../shared/truth if not given; without them only what is computed here is measured, and a line says so. Rows:
@@ -14,6 +14,8 @@
  *                   jump over the free field
  *   level_dB        conductor, lossy: the largest error of the level in the shadow; edges: of the loss
  *   theory_dB       conductor: the largest error of the table's own uniform theory, as max_dB
+ * --transition prints instead what the transition function costs: x_from, x_to, ns a call by the Faddeeva function and as it is, their ratio,
+ * and the largest relative difference.
  * --curves writes the curves behind the pictures (accuracy.h); tools/accuracy.sh draws them. Status 1 if a conductor's error is
  * larger than the theory's own or paths over two screens are off by 0.3 dB or the
  * field jumps, 2 on wrong usage. */
@@ -228,6 +230,7 @@ static bool boundaries(void)
 int main(int argc, char **argv)
 {
     const char *truth = "../shared/truth", *curves = NULL;
+    bool transition = false;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--csv") == 0) {
             csv = true;
@@ -235,12 +238,18 @@ int main(int argc, char **argv)
             truth = argv[++i];
         } else if (strcmp(argv[i], "--curves") == 0 && i + 1 < argc) {
             curves = argv[++i];
+        } else if (strcmp(argv[i], "--transition") == 0) {
+            transition = true;
         } else {
             fprintf(stderr,
                     "keller-bench-accuracy: \"%s\" is unknown or lacks its value; usage: keller-bench-accuracy [--csv] "
-                    "[--truth FOLDER] [--curves FOLDER]\n", argv[i]);
+                    "[--truth FOLDER] [--curves FOLDER] | [--csv] --transition\n", argv[i]);
             return 2;
         }
+    }
+    if (transition) {
+        accuracy_transition(csv);
+        return 0;
     }
     if (csv)
         puts("part,wedge,case,polarization,k,points,max_dB,rms_dB,level_dB,theory_dB");

@@ -18,4 +18,8 @@ WedgeSetting accuracy_setting(const Table *t, SourceKind kind, double n);
 /* Writes FOLDER/accuracy-{field-DEGREES,lossy,edges,end}.csv, the first from the tables in `truth`; false, and says so, where a
  * file cannot be written. */
 bool accuracy_curves(const char *folder, const char *truth);
+
+/* Prints, for each decade of the argument, processor time (the least of five) and largest difference of the transition function and the
+ * one by the Faddeeva function. */
+void accuracy_transition(bool csv);
 #endif

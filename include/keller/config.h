@@ -104,6 +104,7 @@ typedef struct {
     KellerReceiver *receivers;
     uint32_t reflections, diffractions, transmissions, interactions;
     uint32_t scattering;        /* 0 or 1: of a path, by a patch of a face whose material scatters diffusely */
+    uint32_t with_scattering;   /* most reflections and diffractions together on a path that is scattered, < KELLER_MAX_BENDS */
     double patch;               /* m, > 0: the longest side of such patches */
     int paths_line;             /* line of <paths> */
     double dynamic_range;       /* dB, > 0 */

@@ -18,6 +18,7 @@ typedef struct {
     KellerVec3 normal;              /* unit; orientation arbitrary but canonical */
     double offset;                  /* the face's plane is {p : normal.p = offset} */
     uint32_t plane;                 /* faces in one plane (within the contact tolerance) share this id */
+    uint32_t before;                /* the next lower face in the same plane; KELLER_NONE: there is none */
     uint32_t material;              /* index into the scene's materials */
     uint32_t triangle_begin, triangle_end; /* range in face_triangles */
     double strip;                   /* m: the face's width if it is a strip between two wedges that are twins; else 0 */

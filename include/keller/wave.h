@@ -29,9 +29,10 @@ typedef struct {
         double complex eta;
         double thickness;    /* m */
     } layers[KELLER_MAX_LAYERS];
-    bool sound;              /* a surface for sound (keller/sound.h): only the next two count */
-    double complex impedance; /* specific, normal; 0: reflects the same at every angle */
-    double factor;           /* of the pressure: the whole reflection where impedance is 0, else what scattering leaves of it */
+    bool sound;              /* a surface for sound (keller/sound.h): only the next three count */
+    bool reacts;             /* locally, with an impedance; else it reflects the same at every angle */
+    double complex impedance; /* specific, normal, of a surface that reacts; 0: the pressure at it is 0 */
+    double factor;           /* of the pressure: what scattering leaves of the reflection where it reacts, else the whole reflection */
 } KellerMedium;
 
 /* True if `name` is in the ITU-R P.2040-4 table. */
@@ -78,7 +79,7 @@ KellerCVec3 keller_scatter_field(const KellerMedium *medium, KellerVec3 normal, 
 
 /* ---- diffraction ---------------------------------------------------------------------------------------------- */
 
-/* The transition function F(x), x >= 0, of Kouyoumjian and Pathak 1974, to double precision (Faddeeva). */
+/* The transition function F(x), x >= 0, of Kouyoumjian and Pathak 1974: off by at most 5e-16 |F(x)|. */
 double complex keller_transition(double x);
 
 /* The four terms of the Kouyoumjian-Pathak coefficient: D1, D2 with phi - phi' (incident boundaries), D3, D4 with

@@ -140,6 +140,7 @@ static const Help verbs[] = {
      "  accuracy: fields against exact solutions\n"
      "  --truth FOLDER         of the tables of exact fields; default: ../shared/truth\n"
      "  --curves FOLDER        also writes the curves behind the pictures of docs/accuracy.md\n"
+     "  --transition           instead what the transition function costs, beside the Faddeeva function\n"
      "  acoustics: diffraction of sound by UTD and by BTM, by frequency\n"
      "  nexthit: hits of rays one after another, by method; lost and repeated ones are counted\n"
      "  --scene FILE           a scene, or --layers N: N walls behind one another; both may be given again\n"

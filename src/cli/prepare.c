@@ -128,7 +128,9 @@ void keller_print_configuration(const KellerConfig *c)
                routes == 1 ? "" : "s", grids, grids == 1 ? "" : "s");
     keller_row("orders", "%u reflections, %u diffractions, %u transmissions, at most %u together", c->reflections,
                c->diffractions, c->transmissions, c->interactions);
-    if (c->scattering > 0) keller_row("scattering", "one of a path, by patches of at most %s", keller_si(c->patch, "m", number));
+    if (c->scattering > 0)
+        keller_row("scattering", "one of a path, by patches of at most %s; reflections and diffractions beside it: at most %u",
+                   keller_si(c->patch, "m", number), c->with_scattering);
     static const char *const models[] = {
         [KELLER_WEDGE_RECIPROCAL] = "reciprocal", [KELLER_WEDGE_LUEBBERS] = "luebbers", [KELLER_WEDGE_HOLM] = "holm"};
     keller_row("wedges", "%s", models[c->wedge_model]);

@@ -158,6 +158,7 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
         {"edges_as_one", (double)strips.partly, "1"},
         {"complete_reflections", p->config.reflections, "1"}, {"complete_diffractions", p->config.diffractions, "1"},
         {"complete_transmissions", p->config.transmissions, "1"}, {"complete_scattering", p->config.scattering, "1"},
+        {"complete_with_scattering", p->config.with_scattering, "1"},
         {"complete_interactions", p->config.interactions, "1"},
         {"threads", m->work.threads, "1"}, {"peak_memory", peak_memory(), "B"}};
     KellerStatus status = keller_result_statistic_text(result, "accelerator", m->accelerator_name, error);

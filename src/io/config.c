@@ -175,8 +175,13 @@ static KellerStatus read_paths(KellerConfigReader *reader, const xmlNode *root)
         status = keller_config_quantity(reader, node, "dynamic-range", "ratio", &positive, &config->dynamic_range);
     static const KellerConfigRange patch = {1e-3, 1e6, "1 mm to 1000 km"};
     if (status == KELLER_OK) status = keller_config_quantity(reader, node, "patch", "length", &patch, &config->patch);
-    if (status == KELLER_OK && config->scattering == 0 && keller_config_attribute(node, "patch"))
-        status = keller_config_fail(reader, node, "<paths> has a patch that nothing uses; expected scattering=\"1\" with it");
+    if (status == KELLER_OK)
+        status = keller_config_count(reader, node, "with-scattering", KELLER_MAX_BENDS - 1, &config->with_scattering);
+    for (int i = 0; i < 2 && status == KELLER_OK && config->scattering == 0; i++) {
+        static const char *const used[] = {"patch", "with-scattering"};
+        if (keller_config_attribute(node, used[i]))
+            status = keller_config_fail(reader, node, "<paths> has a %s that nothing uses; expected scattering=\"1\" with it", used[i]);
+    }
     static const char *const models[] = {"reciprocal", "luebbers", "holm", NULL};
     static const KellerWedgeModel meaning[] = {KELLER_WEDGE_RECIPROCAL, KELLER_WEDGE_LUEBBERS, KELLER_WEDGE_HOLM};
     unsigned place = 0;

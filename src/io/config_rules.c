@@ -68,7 +68,7 @@ static const Rule rules[] = {
     {"from", "x! y!", "", false, ANY},
     {"to", "x! y!", "", false, ANY},
     {"step", "", "", true, ANY},
-    {"paths", "reflections? diffractions? transmissions? scattering? patch? interactions? dynamic-range? wedge?", "", false, RADIO},
+    {"paths", "reflections? diffractions? transmissions? scattering? patch? with-scattering? interactions? dynamic-range? wedge?", "", false, RADIO},
     {"paths", "reflections? diffractions? interactions? dynamic-range? wedge?", "", false, SOUND},
     {"solver", "accelerator? cone? threads?", "", false, RADIO},
     {"solver", "accelerator? cone? threads? diffraction?", "", false, SOUND},

@@ -49,7 +49,8 @@ static KellerStatus read_bands(KellerConfigReader *reader, const xmlNode *node)
     double steps = nearbyint(log10(to / from) * per_octave / 0.3);
     if (steps < 0)
         return keller_config_fail(reader, node,
-                                  "<bands> end at %.4g Hz, below their start at %.4g Hz; expected to above from", to, from);
+                                  "<bands> end at %.4g Hz, below their start at %.4g Hz; expected to=\"...\" at that start or above",
+                                  to, from);
     size_t count = (size_t)steps + 1; /* from 1 Hz to 1 MHz: at most 61 */
     config->frequencies = malloc(count * sizeof *config->frequencies);
     config->frequency_lines = malloc(count * sizeof *config->frequency_lines);

@@ -214,25 +214,25 @@ static void gather(Gathering *gathering, const PlaneIndex *index, uint32_t leade
     }
 }
 
-/* Ids in the order of the lowest face in each plane, so that they do not depend on areas. */
+/* Ids in the order of the lowest face in each plane, so that they do not depend on areas; and each face's forerunner in its plane. */
 static bool number(KellerBuild *build, const uint32_t *plane, const KellerVec3 *normals)
 {
     KellerScene *scene = build->scene;
-    uint32_t *id = keller_mesh_allocate(build, scene->plane_count, sizeof *id);
+    uint32_t *last = keller_mesh_allocate(build, scene->plane_count, sizeof *last);
     build->plane_normal = keller_mesh_allocate(build, scene->plane_count, sizeof *build->plane_normal);
-    bool ok = id && build->plane_normal;
+    bool ok = last && build->plane_normal;
     if (ok) {
-        memset(id, 0xff, scene->plane_count * sizeof *id);
+        memset(last, 0xff, scene->plane_count * sizeof *last);
         uint32_t next = 0;
-        for (size_t f = 0; f < scene->face_count; f++) {
-            if (id[plane[f]] == KELLER_NONE) {
-                build->plane_normal[next] = normals[plane[f]];
-                id[plane[f]] = next++;
-            }
-            scene->faces[f].plane = id[plane[f]];
+        for (uint32_t f = 0; f < scene->face_count; f++) {
+            KellerFace *face = &scene->faces[f];
+            face->before = last[plane[f]];
+            face->plane = face->before == KELLER_NONE ? next : scene->faces[face->before].plane;
+            if (face->before == KELLER_NONE) build->plane_normal[next++] = normals[plane[f]];
+            last[plane[f]] = f;
         }
     }
-    free(id);
+    free(last);
     return ok;
 }
 

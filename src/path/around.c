@@ -113,8 +113,8 @@ static void ways_at_ends(KellerVec3 tx, KellerVec3 rx, const KellerPath *path, d
  * come in opposite pairs, so that on one smooth boundary it is one half to the last bit, and the same set serves the
  * exchanged path. They lie far enough away to be beyond rounding, and too near for anything else to change; those that a
  * station on a surface has behind that surface are left out. */
-static void look_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                        const KellerStep *steps, uint32_t transmissions, const KellerPath *path, Surroundings *s,
+static void look_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                        size_t count, const KellerStep *steps, uint32_t transmissions, const KellerPath *path, Surroundings *s,
                         KellerAccelWork *work)
 {
     static const KellerVec3 around[DIRECTIONS] = {
@@ -144,16 +144,16 @@ static void look_around(const KellerScene *scene, const KellerAccel *accel, Kell
         s->way[s->count].most = transmissions;
         s->way[s->count].count = 0;
         s->way[s->count].blocker = NULL;
-        if (path_solve_sequence(scene, accel, t, r, count, steps, true, &other, &s->way[s->count], &boundary, work)) see(s);
+        if (path_solve_sequence(scene, accel, t, r, ground, count, steps, true, &other, &s->way[s->count], &boundary, work)) see(s);
     }
 }
 
-static bool solve_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                         const KellerStep *steps, uint32_t transmissions, KellerPath *path, KellerPathFound found,
+static bool solve_around(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                         size_t count, const KellerStep *steps, uint32_t transmissions, KellerPath *path, KellerPathFound found,
                          void *context, KellerAccelWork *work)
 {
     Surroundings s;
-    look_around(scene, accel, tx, rx, count, steps, transmissions, path, &s, work);
+    look_around(scene, accel, tx, rx, ground, count, steps, transmissions, path, &s, work);
     for (uint32_t i = 0; i < s.count; i++) {
         KellerPath whole;
         path->weight = (double)s.seen[i] / s.all;
@@ -163,9 +163,9 @@ static bool solve_around(const KellerScene *scene, const KellerAccel *accel, Kel
     return true;
 }
 
-bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                       const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
-                       KellerAccelWork *work)
+bool path_solve_on(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                   size_t count, const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
+                   KellerAccelWork *work)
 {
     bool boundary = false;
     KellerPath path, whole;
@@ -174,10 +174,18 @@ bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, Kelle
     crossings.most = transmissions;
     crossings.count = 0;
     crossings.blocker = NULL;
-    if (!path_solve_sequence(scene, accel, tx, rx, count, steps, false, &path, &crossings, &boundary, work)) return true;
+    if (!path_solve_sequence(scene, accel, tx, rx, ground, count, steps, false, &path, &crossings, &boundary, work)) return true;
     find_free_ends(scene, accel, &path, work);
-    if (boundary) return solve_around(scene, accel, tx, rx, count, steps, transmissions, &path, found, context, work);
+    if (boundary) return solve_around(scene, accel, tx, rx, ground, count, steps, transmissions, &path, found, context, work);
     if (crossings.count == 0) return found(context, &path);
     path_insert(scene, tx, rx, &path, &crossings, &whole);
     return found(context, &whole);
+}
+
+bool keller_path_solve(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
+                       const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
+                       KellerAccelWork *work)
+{
+    const uint32_t none[2] = {KELLER_NONE, KELLER_NONE};
+    return path_solve_on(scene, accel, tx, rx, none, count, steps, transmissions, found, context, work);
 }

@@ -11,9 +11,12 @@ enum { TOO_MANY = 4 };
 
 bool path_crowded(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double k)
 {
-    uint32_t edges_at_all = 0;
+    uint32_t edges_at_all = 0, patch;
     for (uint32_t i = 0; i < path->count; i++) edges_at_all += path->step[i].kind == KELLER_DIFFRACTION;
     if (edges_at_all < TOO_MANY) return false;
+    KellerPath half[2];
+    if (path_halves(path, tx, half, &patch))
+        return path_crowded(scene, &half[0], tx, k) || path_crowded(scene, &half[1], path->position[patch], k);
     PathEdges edges;
     Cascade cascade;
     path_edges(scene, path, 0, &edges);

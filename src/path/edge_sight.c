@@ -224,10 +224,8 @@ static void look(Leg *l, const KellerAccel *accel, KellerAccelWork *work)
 static bool window(Leg *l, double least, EdgeParts *open)
 {
     const KellerScene *scene = l->scene;
-    uint32_t plane = scene->faces[l->begin].plane;
     EdgeParts lower = {0}, own = {0};
-    for (uint32_t f = 0; f <= l->begin && !l->failed; f++) {
-        if (scene->faces[f].plane != plane) continue;
+    for (uint32_t f = l->begin; f != KELLER_NONE && !l->failed; f = scene->faces[f].before) {
         l->parts = f < l->begin ? &lower : &own;
         for (uint32_t i = scene->faces[f].triangle_begin; i < scene->faces[f].triangle_end; i++) {
             KellerVec3 p[2];

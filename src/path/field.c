@@ -82,26 +82,6 @@ static void diffract(const KellerScene *scene, const KellerPath *path, const Pat
     wave->chained = true;
 }
 
-/* Two waves at a patch that scatters step i of the path. */
-static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t i, const KellerMedium *media, Wave *wave)
-{
-    const KellerFace *f = &scene->faces[path->step[i].id];
-    double phase[2];
-    patch_phase(path->position[i], phase);
-    for (int j = 0; j < 2; j++)
-        wave->e[j] = keller_scatter_field(&media[f->material], f->normal, path->leg[i], path->leg[i + 1], path->patch, phase, wave->k,
-                                          wave->e[j]);
-}
-
-/* 1/m: of a path that is scattered, from the source to the patch and from there on. */
-static double scattered_spreading(const KellerPath *path, KellerVec3 tx)
-{
-    uint32_t i = 0;
-    while (path->step[i].kind != KELLER_SCATTERING) i++;
-    double before = v3_distance(tx, path->position[i]);
-    return 1 / (before * (path->length - before));
-}
-
 /* The transfer matrix but for weight, air and phase; false where it is zero. */
 static bool carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
                   const KellerMedium *media, double complex transfer[4])
@@ -112,16 +92,13 @@ static bool carry(const KellerScene *scene, const KellerPath *path, const PathEd
     keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
     Cascade cascade;
     Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
-    double spreading = path->patch > 0 ? scattered_spreading(path, tx)
-                                       : edges->weight * path_cascade(scene, path, edges, tx, &cascade);
+    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
     uint32_t number = 0;
     for (uint32_t i = 0; i < path->count; i++) {
         const KellerStep *step = &path->step[i];
         if (step->kind == KELLER_DIFFRACTION) {
             diffract(scene, path, &edges->edge[number], number, &cascade, media, &wave);
             i = edges->edge[number++].end;
-        } else if (step->kind == KELLER_SCATTERING) {
-            scatter(scene, path, i, media, &wave);
         } else {
             meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
         }
@@ -134,10 +111,71 @@ static bool carry(const KellerScene *scene, const KellerPath *path, const PathEd
     return true;
 }
 
+/* ---- scattered paths --------------------------------------------------------------------------------------------------- */
+
+/* A part of a path, steps begin .. end - 1. */
+static void part_of(const KellerPath *path, uint32_t begin, uint32_t end, double length, KellerPath *part)
+{
+    part->count = end - begin;
+    part->length = length;
+    part->weight = 1;
+    part->patch = part->part[0] = part->part[1] = 0;
+    for (uint32_t i = begin; i < end; i++) {
+        part->step[i - begin] = path->step[i];
+        part->position[i - begin] = path->position[i];
+        part->triangle[i - begin] = path->triangle[i];
+        part->free_end[i - begin] = path->free_end[i];
+        part->leg[i - begin] = path->leg[i];
+    }
+    part->leg[end - begin] = path->leg[end];
+}
+
+bool path_halves(const KellerPath *path, KellerVec3 tx, KellerPath half[2], uint32_t *at)
+{
+    if (!(path->patch > 0)) return false;
+    uint32_t n = 0;
+    double before = v3_distance(tx, path->position[0]);
+    for (; path->step[n].kind != KELLER_SCATTERING; n++) before += v3_distance(path->position[n], path->position[n + 1]);
+    part_of(path, 0, n, before, &half[0]);
+    part_of(path, n + 1, path->count, path->length - before, &half[1]);
+    *at = n;
+    return true;
+}
+
+/* The patch, in step `at`, between the transfer matrices of the two halves. */
+static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t at, double k, const KellerMedium *media,
+                    const double complex before[4], const double complex behind[4], double complex transfer[4])
+{
+    const KellerFace *f = &scene->faces[path->step[at].id];
+    KellerVec3 in = path->leg[at], out = path->leg[at + 1], theta_in, phi_in, theta_out, phi_out;
+    double phase[2];
+    patch_phase(path->position[at], phase);
+    keller_spherical_basis(v3_scale(in, -1), &theta_in, &phi_in);
+    keller_spherical_basis(out, &theta_out, &phi_out);
+    for (int j = 0; j < 2; j++) {
+        double complex a = before[j], b = before[2 + j];
+        KellerCVec3 e = {a * theta_in.x + b * phi_in.x, a * theta_in.y + b * phi_in.y, a * theta_in.z + b * phi_in.z};
+        e = keller_scatter_field(&media[f->material], f->normal, in, out, path->patch, phase, k, e);
+        double complex p = component(e, theta_out), q = component(e, phi_out);
+        transfer[j] = behind[0] * p + behind[1] * q;
+        transfer[2 + j] = behind[2] * p + behind[3] * q;
+    }
+}
+
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
     double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
+    KellerPath half[2];
+    uint32_t at;
+    if (path_halves(path, tx, half, &at)) {
+        double complex there[4], on[4];
+        keller_path_transfer(scene, &half[0], tx, frequency, media, there);
+        keller_path_transfer(scene, &half[1], path->position[at], frequency, media, on);
+        scatter(scene, path, at, k, media, there, on, transfer);
+        for (int i = 0; i < 4; i++) transfer[i] *= path->weight * 4 * M_PI / lambda; /* each half has lambda/4 pi */
+        return;
+    }
     const double one = path_one_edge * lambda, two = path_two_edges * lambda;
     PathEdges edges;
     double complex t[2][4] = {{0}};

@@ -18,6 +18,8 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
  * spreading with it, is left out. */
 double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                                   const KellerMedium *media, bool edges);
+/* The ways of a scattered path to its patch, in step *at, and from there on, each a path of its own; false: it is not scattered. */
+bool path_halves(const KellerPath *path, KellerVec3 tx, KellerPath half[2], uint32_t *at);
 /* True where four or more edges of the path in a row lie in each other's transition zones: its field is then some dB off
  * (docs/accuracy.md). k in rad/m. */
 bool path_crowded(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double k);

@@ -29,16 +29,14 @@ double level_mean_square(size_t count, const double complex *gain, size_t stride
     return sum > 0 ? sum : 0; /* a null of interference may be rounded to below it */
 }
 
-void level_cell(KellerCoverage *c, size_t cell, const FieldContext *context, const PairResult *pair)
+KellerStatus level_cell(KellerCoverage *c, size_t cell, const FieldContext *context, const PairResult *pair, KellerError *error)
 {
     size_t n = pair->paths.count, F = c->frequency_count, cells = (size_t)c->ny * c->nx;
     const KellerConfig *config = context->config;
     const double *level = config->transmitters[c->tx].level;
-    double *delay = malloc((n + 1) * sizeof *delay), total = 0;
-    if (n == 0 || !delay) {
-        free(delay);
-        return;
-    }
+    if (n == 0) return KELLER_OK;
+    double *delay = malloc(n * sizeof *delay), total = 0;
+    if (!delay) return keller_error_memory(error, n * sizeof *delay);
     for (size_t i = 0; i < n; i++) delay[i] = pair->paths.items[i].length / context->scene->sound.speed;
     for (size_t f = 0; f < F; f++) {
         double middle = config->frequencies[f];
@@ -49,4 +47,5 @@ void level_cell(KellerCoverage *c, size_t cell, const FieldContext *context, con
     }
     c->level_a[cell] = 10 * log10(total);
     free(delay);
+    return KELLER_OK;
 }

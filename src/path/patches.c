@@ -239,3 +239,26 @@ void patches_free(Patches *patches)
     free(patches->list);
     *patches = (Patches){0};
 }
+
+/* ---- phases --------------------------------------------------------------------------------------------------------------- */
+
+/* SplitMix64's finisher (Steele, Lea and Flood 2014). */
+static uint64_t mixed(uint64_t x)
+{
+    x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ x >> 27) * 0x94d049bb133111ebu;
+    return x ^ x >> 31;
+}
+
+void patch_phase(KellerVec3 middle, double phase[2])
+{
+    /* m: far above rounding; no multiple of it and a half is a round number, on which the middle of a patch could be by design */
+    const double quantum = 6.180339887498949e-4;
+    const double coordinate[3] = {middle.x, middle.y, middle.z};
+    uint64_t state = 0;
+    for (int i = 0; i < 3; i++) state = mixed(state + 0x9e3779b97f4a7c15u + (uint64_t)llround(coordinate[i] / quantum));
+    for (int i = 0; i < 2; i++) {
+        state = mixed(state + 0x9e3779b97f4a7c15u);
+        phase[i] = 2 * M_PI * 0x1p-53 * (double)(state >> 11);
+    }
+}

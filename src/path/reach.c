@@ -58,7 +58,8 @@ static bool leads_to(Search *s, uint32_t count, const KellerStep *steps, KellerV
     crossings.count = 0;
     crossings.blocker = blocker;
     s->work.solved++;
-    return path_solve_sequence(l->scene, l->accel, s->end, cell, count, steps, false, &path, &crossings, &boundary, &s->work.accel);
+    static const uint32_t none[2] = {KELLER_NONE, KELLER_NONE};
+    return path_solve_sequence(l->scene, l->accel, s->end, cell, none, count, steps, false, &path, &crossings, &boundary, &s->work.accel);
 }
 
 static void add_cells(Search *s, const Beam *beam, const BundleTest *test, const Footprint *f)

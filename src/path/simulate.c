@@ -43,9 +43,7 @@ typedef struct {
     bool whole_edges;           /* all of an edge diffracts: the search looks for reflections alone, these for the edges */
     EdgeSearch edges;
     EdgeWays *lit;              /* by the transmitter */
-    Patches patches;            /* of all faces that scatter, if asked for */
-    uint32_t *seen_patches;     /* from the transmitter, the first seen_count */
-    size_t seen_count;
+    Scattering scattering;
     ResponsePlan *responses;    /* NULL: none are asked for */
     double done, total;         /* receivers, times transmitters */
     double worth;               /* what is left to do at each, as a share of all that is done for it */
@@ -102,12 +100,6 @@ static bool searched_alone(const Simulation *s, const KellerReceiverSet *set)
     return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1;
 }
 
-/* Slabs that a scattered path may pass through. */
-static uint32_t slabs_of_scattered(const KellerConfig *config)
-{
-    return config->transmissions < config->interactions ? config->transmissions : config->interactions - 1;
-}
-
 /* All paths to one receiver. part: NULL, or where its candidates are, as cell `cell`. `threads` > 1 where there are no others. */
 static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, size_t cell, uint32_t threads, PairResult *result,
                                  KellerSimulationWork *work, KellerError *error)
@@ -136,10 +128,7 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     if (status == KELLER_OK && s->whole_edges && !edge_paths_add(&s->edges, s->lit, seen, list))
         status = keller_error(error, KELLER_FAILED, "out of memory for the paths by edges");
     edge_ways_free(seen);
-    if (status == KELLER_OK && s->seen_count > 0 &&
-        !scatter_add(s->scene, s->accel, from, to, slabs_of_scattered(s->config), &s->patches, s->seen_count, s->seen_patches, list,
-                     &join_work.accel))
-        status = keller_error(error, KELLER_FAILED, "out of memory for the scattered paths");
+    if (status == KELLER_OK) status = scattering_add(&s->scattering, to, threads, list, &tree_work, &join_work, error);
     path_list_merge_corners(s->scene, list);
     work->valid_paths += list->count;
     if (status == KELLER_OK && !pair_fields(&s->fields, s->tx, rx, result, work))
@@ -149,7 +138,7 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     work->cones += tree_work.cones;
     work->nodes += tree_work.accel.nodes + join_work.accel.nodes;
     work->triangles += tree_work.accel.triangles + join_work.accel.triangles;
-    work->candidates += join_work.candidates + s->seen_count;
+    work->candidates += join_work.candidates;
     return status;
 }
 
@@ -185,6 +174,22 @@ static KellerStatus flush(Simulation *s, bool all, KellerError *error)
     if (s->batch.count == 0 || (!all && s->batch.count < BATCH)) return KELLER_OK;
     KellerStatus status = s->sink->paths(s->sink->context, &s->batch, error);
     batch_clear(&s->batch);
+    return status;
+}
+
+/* The levels of the `count` cells from `cell` on. */
+static KellerStatus levels_of(KellerCoverage *coverage, uint32_t cell, uint32_t count, const FieldContext *fields,
+                              const PairResult *results, uint32_t threads, KellerError *error)
+{
+    KellerStatus status = KELLER_OK;
+#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (threads > 1)
+    for (uint32_t i = 0; i < count; i++) { /* each its own cell */
+        KellerError own;
+        KellerStatus here = level_cell(coverage, cell + i, fields, &results[i], &own);
+        if (here == KELLER_OK) continue;
+#pragma omp critical(keller_simulate)
+        status = keller_error(error, here, "%s", own.message);
+    }
     return status;
 }
 
@@ -225,10 +230,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
 #pragma omp critical(keller_simulate)
         add_work(s->work, &work);
     }
-    bool levels = status == KELLER_OK && coverage && coverage->level;
-#pragma omp parallel for schedule(dynamic, 8) num_threads((int)threads) if (levels && threads > 1)
-    for (uint32_t i = 0; i < count; i++) /* each its own cell */
-        if (levels) level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
+    if (status == KELLER_OK && coverage && coverage->level)
+        status = levels_of(coverage, first - set->first, count, &s->fields, results, threads, error);
     for (uint32_t i = 0; i < count; i++) {
         if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
                                                            &results[i]);
@@ -421,15 +424,14 @@ static KellerStatus search_forward(Simulation *s, bool alone, KellerError *error
 static KellerStatus run_transmitter(Simulation *s, KellerError *error)
 {
     const KellerConfig *c = s->config;
-    KellerStatus status = KELLER_OK;
     int searched = -1; /* alone, or not */
-    if (s->patches.count > 0) {
-        KellerAccelWork work = {0};
-        s->seen_count = patches_seen(s->scene, s->accel, c->transmitters[s->tx].station.position, slabs_of_scattered(c),
-                                     s->work->threads, &s->patches, s->seen_patches, &work);
-        s->work->nodes += work.nodes;
-        s->work->triangles += work.triangles;
-    }
+    TreeWork work = {0};
+    double start = omp_get_wtime();
+    KellerStatus status = scattering_from(&s->scattering, c->transmitters[s->tx].station.position, s->work->threads, &work, error);
+    s->work->seconds_search += omp_get_wtime() - start;
+    s->work->cones += work.cones;
+    s->work->nodes += work.accel.nodes;
+    s->work->triangles += work.accel.triangles;
     for (uint32_t i = 0; i < c->set_count && status == KELLER_OK;) {
         bool grid = c->sets[i].kind == KELLER_SET_GRID, alone = searched_alone(s, &c->sets[i]);
         uint32_t end = i + 1;
@@ -478,18 +480,11 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;
     }
-    if (status == KELLER_OK && config->scattering > 0 && config->interactions > 0) {
-        KellerError inner;
-        status = patches_of(scene, config->patch, &s.patches, &inner);
-        if (status != KELLER_OK) keller_error(error, status, "%s:%d: %s", config->file, config->paths_line, inner.message);
-        s.seen_patches = malloc((s.patches.count + 1) * sizeof *s.seen_patches);
-        if (status == KELLER_OK && !s.seen_patches) status = keller_error_memory(error, s.patches.count * sizeof *s.seen_patches);
-    }
+    if (status == KELLER_OK) status = scattering_init(&s.scattering, config, scene, accel, boxes, error);
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK) report(&s, 1);
-    patches_free(&s.patches);
-    free(s.seen_patches);
+    scattering_free(&s.scattering);
     response_plan_free(s.responses);
     batch_free(&s.batch);
     free(boxes);

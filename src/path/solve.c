@@ -174,8 +174,8 @@ static const uint32_t *planes_of(const KellerScene *scene, const KellerStep *ste
     return scene->wedge_planes + w->plane_begin;
 }
 
-bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                         const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
+bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                         size_t count, const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
                          KellerAccelWork *work)
 {
     Sequence s;
@@ -220,6 +220,7 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
         PathLeg leg = {.number = (uint32_t)i, .strict = strict};
         leg.a = i > 0 ? path->position[i - 1] : tx;
         leg.b = i < count ? path->position[i] : rx;
+        for (int end = 0; end < 2; end++) leg.skip[end] = &ground[end], leg.skip_count[end] = ground[end] != KELLER_NONE;
         if (i > 0) leg.skip[0] = planes_of(scene, &steps[i - 1], &leg.skip_count[0]);
         if (i < count) leg.skip[1] = planes_of(scene, &steps[i], &leg.skip_count[1]);
         Along along = along_of(&s, path, i, rounding);

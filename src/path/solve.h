@@ -46,10 +46,16 @@ bool path_runs_along_border(const KellerScene *scene, const KellerAccel *accel, 
 
 /* Solves a sequence; the slabs on its legs are appended to the crossings and not yet steps of the path. strict: every decision
  * by sign alone. Else what is too close to call counts as a path and *boundary is set: a reflection at a face's border or in
- * the corner of two faces, a leg that grazes an edge. */
-bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, size_t count,
-                         const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
+ * the corner of two faces, a leg that grazes an edge. ground: planes that tx and rx lie in, whose faces are not in the way
+ * there; KELLER_NONE: in none that is known. */
+bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                         size_t count, const KellerStep *steps, bool strict, KellerPath *path, Crossings *crossings, bool *boundary,
                          KellerAccelWork *work);
+
+/* keller_path_solve between ends of which one or both lie in a plane of the scene (ground, as above). */
+bool path_solve_on(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
+                   size_t count, const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
+                   KellerAccelWork *work);
 
 /* *whole: the path with the slabs on its legs as steps among the others. Together they are at most KELLER_MAX_INTERACTIONS. */
 void path_insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,

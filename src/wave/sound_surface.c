@@ -28,13 +28,14 @@ void keller_sound_medium(const KellerMaterial *material, double frequency, Kelle
     double part, value[2];
     uint32_t i = band_place(material, frequency, &part), next = part > 0 ? i + 1 : i;
     for (int j = 0; j < 2; j++) value[j] = (1 - part) * material->surface[i][j] + part * material->surface[next][j];
-    if (material->kind == KELLER_MATERIAL_IMPEDANCE) medium->impedance = value[0] + I * value[1];
+    medium->reacts = material->kind == KELLER_MATERIAL_IMPEDANCE;
+    if (medium->reacts) medium->impedance = value[0] + I * value[1];
     else medium->factor *= sqrt(1 - value[0]);
 }
 
 double complex keller_sound_reflection(const KellerMedium *medium, double cos_incidence)
 {
-    if (medium->impedance == 0) return medium->factor;
+    if (!medium->reacts) return medium->factor;
     double cosine = cos_incidence < 0 ? 0 : cos_incidence > 1 ? 1 : cos_incidence;
     double complex x = medium->impedance * cosine;
     return medium->factor * (x - 1) / (x + 1);

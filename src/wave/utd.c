@@ -2,18 +2,6 @@
  * docs/theory.md has the formulas in the order of the code. */
 #include "wave/utd.h"
 
-#include <cerf.h>
-
-double complex keller_transition(double x)
-{
-    /* F(x) = sqrt(pi x) e^{j pi/4} w(e^{j 3 pi/4} sqrt x), w the Faddeeva function: one smooth function for all x,
-     * where 1 minus Fresnel integrals would cancel. Beyond 1e15 the asymptotic series has one term left. */
-    if (x <= 0) return 0;
-    if (x > 1e15) return 1 + I * (0.5 / x);
-    double r = sqrt(0.5 * x);
-    return sqrt(M_PI) * (r + I * r) * w_of_z(-r + I * r);
-}
-
 /* The four angles to the nearest pole each, and the factor -e^{-j pi/4}/(2 n sqrt(2 pi k) sin beta0) in front. The whole
  * number taken off is N+ for the 1st and 3rd term, -N- for the others. */
 static double complex reduce(double n, double phi, double phi_incident, double sin_beta0, double k, double distance[4])

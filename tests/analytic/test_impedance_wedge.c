@@ -14,7 +14,7 @@
 static double complex coefficient(KellerWedgeModel model, double n, double complex zeta, double phi_in, double phi)
 {
     const double k = 1e12;
-    KellerMedium face = {.sound = true, .impedance = zeta, .factor = 1};
+    KellerMedium face = {.sound = true, .reacts = true, .impedance = zeta, .factor = 1};
     KellerWedgeWave w = {.n = n, .direction = {0, 0, 1}, .tangent0 = {1, 0, 0}, .normal0 = {0, 1, 0}, .medium = {face, face},
                          .model = model};
     return sqrt(k) * keller_sound_diffraction(&w, v3(-cos(phi_in), -sin(phi_in), 0), v3(cos(phi), sin(phi), 0), INFINITY, 1, k);

@@ -229,6 +229,9 @@ def test_bench_accuracy(folder, shared):
     assert len([row for row in rows if row[0] == "conductor"]) == 28
     assert {"accuracy-lossy.csv", "accuracy-edges.csv", "accuracy-field-90.csv"} <= set(names(folder))
     assert keller("bench", "accuracy", "--truth", cwd=folder).returncode == USAGE
+    done = expect(keller("bench", "accuracy", "--csv", "--transition", cwd=folder), DONE)
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    assert len(rows) == 15 and all(float(row["difference"]) < 2e-14 and float(row["keller_ns"]) > 0 for row in rows), rows
 
 
 def test_bench_of_next_hits_loses_none(folder, shared):
@@ -443,7 +446,7 @@ def test_h5py_reads_every_dataset(folder, shared):
         for name in ["time_configuration", "time_read", "time_scene", "time_accelerator", "time_simulation", "time_total"]:
             assert f["statistics"][name].shape == () and f["statistics"][name].attrs["units"] == "s", name
         for name in ["cones_traced", "nodes_visited", "triangles_visited", "candidates", "valid_paths", "threads", "boundary_paths",
-                     "cornered_paths", "crowded_paths", "edges_as_one", "complete_scattering"]:
+                     "cornered_paths", "crowded_paths", "edges_as_one", "complete_scattering", "complete_with_scattering"]:
             assert f["statistics"][name].attrs["units"] == "1", name
         orders = {"reflections": 0, "diffractions": 0, "transmissions": 0, "interactions": 0}
         for name in orders:
@@ -570,6 +573,24 @@ def test_walls_scatter_when_asked(folder, shared):
         kind, triangle, wedge = (f["interactions"][name][()] for name in ["kind", "triangle", "wedge"])
         assert (kind == 3).sum() > 60 and (triangle[kind == 3] != 0xffffffff).all() and (wedge[kind == 3] == 0xffffffff).all()
         assert f["materials/scattering"][0] == 0.6 and f["statistics/complete_scattering"][()] == 1
+
+
+def test_scattering_with_other_interactions(folder, shared):
+    """Beside the paths that are only scattered, those with one reflection or diffraction more, before or behind."""
+    write_inputs(folder)
+    plain = (folder / "small.xml").read_text().replace('itu="concrete"/>', 'itu="concrete" scattering="0.6"/>')
+    rows = {}
+    for name, more in [("alone", ""), ("with", ' with-scattering="1"')]:
+        (folder / "small.xml").write_text(plain.replace('interactions="2"', f'interactions="2" scattering="1" patch="5 m"{more}'))
+        expect(keller("run", "small.xml", "--force", "-q", cwd=folder), DONE)
+        rows[name] = json.loads(expect(keller("paths", "small.h5", "--tx", "tx1", "--rx", "rx1", "--format", "json",
+                                              cwd=folder), DONE).stdout)["paths"]
+    mixed = [row for row in rows["with"] if "S" in row["sequence"] and " " in row["sequence"]]
+    assert [row for row in rows["with"] if row not in mixed] == rows["alone"]
+    kinds = {"".join(step[0] for step in row["sequence"].split()) for row in mixed}
+    assert kinds == {"RS", "SR", "DS", "SD"}, kinds
+    shown = expect(keller("check", "small.xml", cwd=folder), DONE).stdout
+    assert "one of a path" in shown and "diffractions beside it: at most 1\n" in shown, shown
 
 
 def test_results_are_the_same_bytes_but_for_the_times(folder, shared):

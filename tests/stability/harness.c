@@ -106,6 +106,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
                            .interactions = run->interactions,
                            .scattering = run->patch > 0,
                            .patch = run->patch,
+                           .with_scattering = run->with_scattering,
                            .dynamic_range = 1e4,
                            .accelerator = "auto",
                            .cone = run->cone,

@@ -22,7 +22,8 @@ typedef struct {
     KellerAntenna antenna;                 /* at both ends */
     double orientation[2][3];              /* of the transmitters and of the receivers, rad; run_new: not turned */
     uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
-    double patch; /* m: > 0: paths may be scattered once, by patches of that size */
+    double patch; /* m: > 0: paths may be scattered once, by patches of that size, */
+    uint32_t with_scattering; /* beside so many reflections and diffractions; run_new: none */
     double cone; /* rad */
     const char *accelerator; /* NULL: auto */
     uint32_t split_over; /* as in KellerConfig: small makes even the smallest scenes split their cones */

@@ -46,9 +46,13 @@ static inline void assert_sound(const KellerScene *scene)
             assert_true(listed);
         }
     }
+    uint32_t *last = calloc(scene->plane_count + 1, sizeof *last); /* face of each plane so far, and 1 */
+    assert_non_null(last);
     for (size_t f = 0; f < scene->face_count; f++) {
         const KellerFace *face = &scene->faces[f];
         assert_true(face->triangle_end > face->triangle_begin && face->plane < scene->plane_count);
+        assert_int_equal(face->before, last[face->plane] - 1);
+        last[face->plane] = (uint32_t)f + 1;
         for (uint32_t k = face->triangle_begin; k < face->triangle_end; k++) {
             uint32_t t = scene->face_triangles[k];
             assert_int_equal(scene->triangle_face[t], f);
@@ -57,6 +61,7 @@ static inline void assert_sound(const KellerScene *scene)
                             2 * scene->contact);
         }
     }
+    free(last);
 }
 
 static inline KellerScene build(const Model *model)

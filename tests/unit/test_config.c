@@ -148,7 +148,7 @@ static void test_defaults(void **state)
     assert_int_equal(c.transmitters[0].station.antenna.polarization, KELLER_POLARIZATION_V);
     assert_true(c.transmitters[0].station.orientation[0] == 0 && c.transmitters[0].station.velocity.x == 0);
     assert_int_equal(c.reflections + c.diffractions + c.transmissions + c.interactions, 0);
-    assert_true(c.dynamic_range == 150 && c.scattering == 0);
+    assert_true(c.dynamic_range == 150 && c.scattering == 0 && c.with_scattering == 0);
     assert_int_equal(c.wedge_model, KELLER_WEDGE_RECIPROCAL);
     assert_string_equal(c.accelerator, "auto");
     assert_true(c.cone == PI / 180);
@@ -169,14 +169,14 @@ static void test_scattering(void **state)
     char *one = replaced(base_config, "conductor=\"perfect\"",
                          "conductor=\"perfect\" scattering=\"0.4\" lobe=\"4\" back-lobe=\"3\" lobe-share=\"0.7\" cross-polarization=\"0.1\"");
     char *two = replaced(one, "thickness=\"6 mm\"", "thickness=\"6 mm\" scattering=\"0.2\" lobe=\"9\"");
-    char *three = replaced(two, "transmissions=\"0\" interactions=\"4\"", "transmissions=\"2\" scattering=\"1\" patch=\"50 cm\"");
+    char *three = replaced(two, "transmissions=\"0\" interactions=\"4\"", "transmissions=\"2\" scattering=\"1\" patch=\"50 cm\" with-scattering=\"2\"");
     read_text(*state, three, 0, NULL, &c);
     KellerScattering s = c.materials[2].diffuse;
     assert_true(s.coefficient == 0.4 && s.lobe == 4 && s.back_lobe == 3 && s.share == 0.7 && s.cross == 0.1);
     s = c.materials[1].diffuse;
     assert_true(s.coefficient == 0.2 && s.lobe == 9 && s.share == 1 && s.cross == 0);
     assert_true(c.materials[0].diffuse.coefficient == 0);
-    assert_true(c.scattering == 1 && c.patch == 0.5);
+    assert_true(c.scattering == 1 && c.patch == 0.5 && c.with_scattering == 2);
     assert_int_equal(c.interactions, 3 + 1 + 2 + 1);
     keller_config_free(&c);
     free(one);

@@ -155,6 +155,8 @@ static const Broken broken[] = {
      "from 0 to 1", false},
     {25, "wedge=\"holm\"", "scattering=\"2\"", "scattering of <paths> is \"2\"", "from 0 to 1", false},
     {25, "wedge=\"holm\"", "patch=\"1 m\"", "<paths> has a patch that nothing uses", "scattering=\"1\"", false},
+    {25, "wedge=\"holm\"", "with-scattering=\"1\"", "<paths> has a with-scattering that nothing uses", "scattering=\"1\"", false},
+    {25, "wedge=\"holm\"", "scattering=\"1\" with-scattering=\"16\"", "with-scattering of <paths> is \"16\"", "from 0 to 15", false},
     {25, "wedge=\"holm\"", "scattering=\"1\" patch=\"1\"", "patch of <paths> is \"1\"", "a length with its unit", true},
     {25, "wedge=\"holm\"", "scattering=\"1\" patch=\"0.1 mm\"", "patch of <paths> is \"0.1 mm\"", "1 mm to", false},
     {8, "conductor=\"perfect\"", "conductor=\"good\"", "conductor of <material> is \"good\"", "\"perfect\"", true},

@@ -118,7 +118,7 @@ static const Broken broken[] = {
     {2, "<bands from='125 Hz' to='500 Hz' per-octave='1'/>", "", "neither <bands> nor <frequency>", NULL, true},
     {2, "<bands", "<frequency>1 kHz</frequency><bands", "both <bands> and <frequency>", NULL, true},
     {4, "125 Hz", "140 Hz", "from of <bands> is 140 Hz, which is no octave band", "126 Hz", false},
-    {4, "to='500 Hz'", "to='63 Hz'", "end at 63.1 Hz, below their start", NULL, false},
+    {4, "to='500 Hz'", "to='63 Hz'", "end at 63.1 Hz, below their start", "at that start or above", false},
     {4, "per-octave='1'", "per-octave='2'", "per-octave of <bands>", "\"1\" or \"3\"", true},
     {6, "0.1 0.2 0.3", "0.1 0.2", "has 2 values", "one for each of the 3 frequencies", false},
     {6, "0.1 0.2 0.3", "0.1 0.2 1.3", "holds 1.3", "from 0 to 1", false},

@@ -162,6 +162,9 @@ static void surfaces(void **state)
     assert_true(s.impedance == 7.5 - 2.1 * I);
     keller_sound_medium(&m, 20000, &s);
     assert_true(s.impedance == 3.5 + 0.9 * I);
+    m = (KellerMaterial){.kind = KELLER_MATERIAL_IMPEDANCE, .band_count = 2, .band = {100, 10000}, .surface = {{0, 1}, {0, -1}}};
+    keller_sound_medium(&m, 1000, &s); /* half-way between a mass and a spring: no pressure at the surface, whatever the angle */
+    assert_true(keller_sound_reflection(&s, 0.3) == -1 && keller_sound_reflection(&s, 1) == -1);
     m = (KellerMaterial){.kind = KELLER_MATERIAL_ABSORPTION, .band_count = 1, .band = {1000}, .surface = {{0.19}},
                          .scattering = 0.36};
     keller_sound_medium(&m, 50, &s);
