@@ -2,6 +2,7 @@
  * with the one of its neighbours along a space-filling curve with which it has the smallest box, if it is that one's choice too. */
 #include "accel/pairs.h"
 
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -108,6 +109,8 @@ static double common_area(const AccelBox *a, const AccelBox *b)
 /* Each one's best neighbour among those that are left; what chooses each other is a pair. Returns how many are left. */
 static uint32_t pair_up(const TreeInput *in, double margin, Place *place, uint32_t count, uint32_t *mate)
 {
+    int threads = in->threads > 0 ? in->threads : omp_get_max_threads();
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
     for (uint32_t i = 0; i < count; i++) {
         double least = INFINITY;
         place[i].best = KELLER_NONE;

@@ -272,7 +272,7 @@ static void same_as_naive(void **state)
                                     .order = (KellerAccelOrder)((s + k) % 4), .contained = (int)((s / 4 + k) % 3) - 1,
                                     .leaf_boxes = (s + k / 2) % 2,
                                     .masks = {s % 3 ? 4 : 6, (int)(s % 4) - 1, s % 10 == 1, s % 4 == 1},
-                                    .skewed = {(KellerBoxes)(s / 2 % 3), (KellerPairs)((s + k) % 3), s % 2 ? 8 : 4, s % 5 == 1}};
+                                    .skewed = {(KellerBoxes)(s / 2 % 3), (KellerPairs)((s + k) % 3), s % 2 ? 8 : 4, s % 5 == 1, s % 3 == 1}};
             KellerAccel *accel = accel_with(&m, &o);
             for (uint32_t q = 0; q < RAYS; q++) {
                 KellerCone c = model_cone(&m, q, &r);

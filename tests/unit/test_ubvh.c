@@ -188,7 +188,7 @@ static void all_kinds(void **state)
         KellerAccel *plain, *skewed;
         assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "bvh8"}, &plain, NULL), KELLER_OK);
         for (int kind = 0; kind < 36; kind++) {
-            KellerSkewedOptions how = {(KellerBoxes)(kind % 3), (KellerPairs)(kind / 3 % 3), kind & 1 ? 4 : 8, kind / 18};
+            KellerSkewedOptions how = {(KellerBoxes)(kind % 3), (KellerPairs)(kind / 3 % 3), kind & 1 ? 4 : 8, kind / 18, kind % 4 == 3};
             assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "ubvh", .skewed = how}, &skewed, NULL), KELLER_OK);
             assert_string_equal(keller_accel_name(skewed), "ubvh");
             for (int far = 0; far < 3; far++) hits += same_answers(&m, plain, skewed, (const double[]){1, 7, 1000}[far], &r);
