@@ -9,7 +9,10 @@
 #include "accel/wide.h"
 #include "base/number.h"
 
-enum { RADIUS = 8, ROUNDS = 4 }; /* the paper's */
+enum {
+    RADIUS = 8, ROUNDS = 4,         /* the paper's */
+    SMALL = 4096                    /* primitives for which threads cost more to wake than they save */
+};
 
 static bool same(KellerVec3 a, KellerVec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
@@ -110,7 +113,7 @@ static double common_area(const AccelBox *a, const AccelBox *b)
 static uint32_t pair_up(const TreeInput *in, double margin, Place *place, uint32_t count, uint32_t *mate)
 {
     int threads = in->threads > 0 ? in->threads : omp_get_max_threads();
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1)
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1 && count >= SMALL)
     for (uint32_t i = 0; i < count; i++) {
         double least = INFINITY;
         place[i].best = KELLER_NONE;

@@ -15,7 +15,10 @@
 /* A node's boxes are skewed where that leaves no more of their area than this: measured on hair, streets and rooms, where 0.7 to 0.9 are
  * the same within what the machine does, and 0 (never) and 1.2 (nearly always) slower (docs/performance.md). */
 #define SHARE 0.85
-enum { PARTS = 64 };                /* of the tree, for threads */
+enum {
+    PARTS = 64,                     /* of the tree, for threads */
+    SMALL = 4096                    /* primitives for which threads cost more to wake than they save */
+};
 
 typedef struct {
     const TreeInput *in;
@@ -105,6 +108,7 @@ static KellerStatus fit_all(Build *b, float *area, KellerError *error)
 {
     const SahTree *binary = b->binary;
     int threads = b->in->threads > 0 ? b->in->threads : omp_get_max_threads();
+    if (binary->ref_count < SMALL) threads = 1;
     uint32_t most = threads > 1 ? binary->ref_count / PARTS + 1 : UINT32_MAX, count = 0;
     size_t each = 2 * (size_t)b->dops->count, depth = ((size_t)binary->depth + 3) * each;
     size_t room = (size_t)PARTS * (size_t)binary->depth + 1; /* a level has no more than PARTS nodes that are cut */
