@@ -257,13 +257,21 @@ INLINE uint32_t NAME(ubvh_blocks)(const NODE *node, uint32_t leaves, uint32_t *b
     return blocks;
 }
 
+/* All children of a node that the frustum contains, unasked. */
+INLINE uint32_t NAME(ubvh_all_children)(const Ubvh *tree, const NODE *nodes, NAME(UbvhWaiting) next, float z[8])
+{
+    f8_store(z, f8_set1(next.z));
+    if (!(next.child & UBVH_ALONG)) return NAME(ubvh_children)(&nodes[next.child]);
+    const KellerBox8 *boxes = &tree->along[next.child & ~UBVH_ALONG].boxes;
+    return (uint32_t)f8_mask(f8_le(f8_load(boxes->lower[0]), f8_load(boxes->upper[0])));
+}
+
 /* The children of a node that a frustum meets before `far`, and from where on. */
 INLINE uint32_t NAME(ubvh_met_children)(const Ubvh *tree, const NODE *nodes, const UbvhFrustum *f, uint32_t number, float far,
-                                        const uint32_t **child, float z[8])
+                                        float z[8])
 {
     if (number & UBVH_ALONG) {
         const UbvhAlong *node = &tree->along[number & ~UBVH_ALONG];
-        *child = node->child;
         if (!f->thin) return keller_cone_meets_box8(f->lanes, &node->boxes, z);
         const Bvh8Slabs slabs = bvh8_slabs(f->lanes);
         f8 begin;
@@ -273,7 +281,6 @@ INLINE uint32_t NAME(ubvh_met_children)(const Ubvh *tree, const NODE *nodes, con
     }
     VEC begin;
     uint32_t hit = NAME(ubvh_meets)(f, &nodes[number], far, &begin);
-    *child = nodes[number].child;
     V(store)(z, begin);
     return hit;
 }
@@ -301,10 +308,12 @@ INLINE void NAME(ubvh_walk)(const Ubvh *tree, const NODE *nodes, const UbvhFrust
             far = visit(context, (next.child & UBVH_PLACE) / 8, next.inside, far);
         } else {
             _Alignas(32) float z[8];
-            const uint32_t *child;
             bool along = next.child & UBVH_ALONG;
-            uint32_t hit = NAME(ubvh_met_children)(tree, nodes, f, next.child, far, &child, z), inside = next.inside ? hit : 0;
-            ++*tested;
+            const uint32_t *child = along ? tree->along[next.child & ~UBVH_ALONG].child : nodes[next.child].child;
+            uint32_t hit = next.inside ? NAME(ubvh_all_children)(tree, nodes, next, z)
+                                       : NAME(ubvh_met_children)(tree, nodes, f, next.child, far, z);
+            uint32_t inside = next.inside ? hit : 0;
+            *tested += !next.inside;
             if (along && contained && hit && !inside)
                 inside = hit & keller_cone_contains_box8(f->lanes, &tree->along[next.child & ~UBVH_ALONG].boxes);
             if (!along && hit) hit = NAME(ubvh_visit_leaves)(tree, &nodes[next.child], hit, next.inside, visit, context, &far);
@@ -325,8 +334,8 @@ INLINE void NAME(ubvh_walk)(const Ubvh *tree, const NODE *nodes, const UbvhFrust
 INLINE uint32_t NAME(ubvh_open)(const Ubvh *tree, const NODE *nodes, uint32_t number, const UbvhFrustum *f, TreeChild child[8])
 {
     _Alignas(32) float z[8];
-    const uint32_t *children;
-    uint32_t n = 0, hit = NAME(ubvh_met_children)(tree, nodes, f, number, f->far, &children, z);
+    const uint32_t *children = number & UBVH_ALONG ? tree->along[number & ~UBVH_ALONG].child : nodes[number].child;
+    uint32_t n = 0, hit = NAME(ubvh_met_children)(tree, nodes, f, number, f->far, z);
     for (; hit; hit &= hit - 1) {
         int i = __builtin_ctz(hit);
         uint32_t c = children[i], place = c & UBVH_PLACE, end = place / 8;
