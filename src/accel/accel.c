@@ -106,7 +106,7 @@ static void measure(KellerAccel *a)
  * there are triangles its building takes longer than to divide and conquer. */
 static const TreeKind *automatic(const KellerAccelInput *input, const KellerAccelOptions *o)
 {
-    const double cone = 8; /* rays that one costs as much as, without a structure */
+    const double cone = 3; /* rays that one costs as much as, without a structure */
     double asked = (double)o->rays + cone * (double)o->cones;
     return asked > 0 && asked <= input->triangle_count ? &tree_dacrt : &tree_bvh8;
 }
