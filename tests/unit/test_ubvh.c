@@ -200,8 +200,8 @@ static void all_kinds(void **state)
     assert_true(hits > 20000);
 }
 
-/* Squares are found to be pairs by either way, and shrink the tree. */
-static void pairs_found(void **state)
+/* Squares are found to be pairs by either way, and shrink the tree; nor is it large without. */
+static void sizes(void **state)
 {
     (void)state;
     Random r = {8};
@@ -217,13 +217,19 @@ static void pairs_found(void **state)
     assert_true(bytes[KELLER_PAIRS_PLOC] < 0.75 * (double)bytes[KELLER_PAIRS_NONE]);
     assert_true(bytes[KELLER_PAIRS_GREEDY] < 0.75 * (double)bytes[KELLER_PAIRS_NONE]);
     model_free(&m);
+    m = hair(); /* nodes are full, or nearly: 448 bytes for eight triangles, and those above */
+    KellerAccel *accel;
+    assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "ubvh"}, &accel, NULL), KELLER_OK);
+    assert_true(accel->kind->bytes(accel->tree) < 110 * (size_t)m.in.triangle_count);
+    keller_accel_free(accel);
+    model_free(&m);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(around_one), cmocka_unit_test(around_two), cmocka_unit_test(fitted),
-        cmocka_unit_test(all_kinds),  cmocka_unit_test(pairs_found),
+        cmocka_unit_test(all_kinds),  cmocka_unit_test(sizes),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
