@@ -12,8 +12,8 @@
 
 /* No margin is less: as in accel/ray8.c, and for the same reason. */
 #define FLOOR 1e-9
-/* A node's boxes are skewed where that leaves no more of their area than this: measured on hair, streets and rooms, where 0.7 to 0.9 are
- * the same within what the machine does, and 0 (never) and 1.2 (nearly always) slower (docs/performance.md). */
+/* A node's boxes are skewed where that leaves no more of their area than this: tried on hair, munich and a city with 0, 0.5, 0.7, 0.85
+ * and always, which were within a tenth of each other but for the last, slower in streets by a fifth (docs/performance.md). */
 #define SHARE 0.85
 enum {
     PARTS = 64,                     /* of the tree, for threads */
@@ -54,10 +54,10 @@ typedef struct {
     uint32_t from, end;
 } Part;
 
-/* Boxes of the nodes from..end, the last ones first, so that what is on the stack are the k-DOPs of the subtrees behind; those of `parts`
- * are known. Returns the top. */
-static float *fit_nodes(const Build *b, uint32_t from, uint32_t end, const Part *parts, uint32_t part_count, const float *known, float *area,
-                        float *stack)
+/* Boxes of the nodes from..end, the last ones first, so that what is on the stack are the k-DOPs of the subtrees behind;
+ * those of `parts` are known. Returns the top. */
+static float *fit_nodes(const Build *b, uint32_t from, uint32_t end, const Part *parts, uint32_t part_count,
+                        const float *known, float *area, float *stack)
 {
     size_t each = 2 * (size_t)b->dops->count;
     float *top = stack; /* stack[0 .. each) is for a leaf's primitives */
@@ -102,8 +102,8 @@ static uint32_t cut_tree(const SahTree *binary, uint32_t most, Part *parts)
     }
 }
 
-/* Boxes of all nodes, from the leaves up: those of subtrees in parallel, then those above. A box is its k-DOP's, and that is the same
- * whoever makes it. */
+/* Boxes of all nodes, from the leaves up: those of subtrees in parallel, then those above. A box is its k-DOP's, and that is
+ * the same whoever makes it. */
 static KellerStatus fit_all(Build *b, float *area, KellerError *error)
 {
     const SahTree *binary = b->binary;
@@ -126,7 +126,10 @@ static KellerStatus fit_all(Build *b, float *area, KellerError *error)
     for (uint32_t i = 0; i < count; i++) {
         float *stack = aligned_alloc(64, depth * sizeof *stack);
         failed = failed || !stack;
-        if (stack) memcpy(known + each * i, fit_nodes(b, parts[i].from, parts[i].end, NULL, 0, NULL, area, stack), each * sizeof *known);
+        if (stack) {
+            const float *top = fit_nodes(b, parts[i].from, parts[i].end, NULL, 0, NULL, area, stack);
+            memcpy(known + each * i, top, each * sizeof *known);
+        }
         free(stack);
     }
     if (!failed) fit_nodes(b, 0, binary->node_count, parts, count, known, area, known + each * (count + 1));
