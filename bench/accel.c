@@ -6,9 +6,9 @@
  *
  * One thread; times are processor times, medians of five passes over the same queries after one not counted. Columns:
  *   structure           kdtree, bvh, bvh8, and when asked for bvh+mask, bvh8+mask, ubvh, dacrt; with --peer also embree (its fast
- *                       mode) and embree-robust. To compare with ubvh: ubvh-ploc, ubvh-greedy and ubvh-single (its pairs, of
- *                       which its own are the default's), ubvh-4 (four children a node), sobb, sobb-4, obb and dop14 (skewed and
- *                       oriented boxes, and 14-DOPs, around blocks of up to eight triangles)
+ *                       mode) and embree-robust. To compare with ubvh: ubvh-skewed (no box along the axes), ubvh-ploc
+ *                       and ubvh-greedy (pairs of triangles), ubvh-4 (skewed, four children a node), sobb, sobb-4, obb and dop14
+ *                       (skewed and oriented boxes, and 14-DOPs, around blocks of up to eight triangles)
  *   query               rays: nearest, any, all (hits). Cones: nearest (the nearest triangle, and the edges whose range begins
  *                       no farther: keller_accel_cone_window of depth 0), all (triangles and edges, with their ranges), any;
  *                       walk (only when asked for): what of `all` is spent on the way to the leaves, which are not looked into
@@ -33,14 +33,14 @@
 
 static const char *const all_structures[] = {"kdtree", "bvh", "bvh8", "bvh+mask", "bvh8+mask", "ubvh", "dacrt"};
 enum { STRUCTURES = sizeof all_structures / sizeof *all_structures, PLAIN = 3 }; /* the first ones by default */
-static const char *const variants[] = {"ubvh-ploc", "ubvh-greedy", "ubvh-single", "ubvh-4", "sobb", "sobb-4", "obb", "dop14"};
-static const KellerSkewedOptions variant_options[] = {{.pairs = KELLER_PAIRS_PLOC},
+static const char *const variants[] = {"ubvh-skewed", "ubvh-ploc", "ubvh-greedy", "ubvh-4", "sobb", "sobb-4", "obb", "dop14"};
+static const KellerSkewedOptions variant_options[] = {{.everywhere = true},
+                                                      {.pairs = KELLER_PAIRS_PLOC},
                                                       {.pairs = KELLER_PAIRS_GREEDY},
-                                                      {.pairs = KELLER_PAIRS_NONE},
-                                                      {.width = 4},
-                                                      {.blocks = true},
-                                                      {.blocks = true, .width = 4},
-                                                      {.blocks = true, .boxes = KELLER_BOXES_ORIENTED},
+                                                      {.everywhere = true, .width = 4},
+                                                      {.everywhere = true, .blocks = true},
+                                                      {.everywhere = true, .blocks = true, .width = 4},
+                                                      {.everywhere = true, .blocks = true, .boxes = KELLER_BOXES_ORIENTED},
                                                       {.boxes = KELLER_BOXES_DOP14}};
 enum { VARIANTS = sizeof variants / sizeof *variants };
 static const char *const queries[] = {"nearest", "any", "all", "walk"};

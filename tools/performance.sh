@@ -58,7 +58,7 @@ town="--scene $cities/city-10000.obj"
 measure_with "$build/bench/keller-bench-masks" masks $munich $classroom $town $city $million --hair 10000 --queries 30000
 measure_with "$build/bench/keller-bench-masks" masks-bvh $munich --hair 1000 --structure bvh --queries 10000
 kinds=
-for kind in ubvh-ploc ubvh-greedy ubvh-single ubvh-4 sobb sobb-4 obb dop14; do kinds="$kinds --structure $kind"; done
+for kind in ubvh ubvh-skewed ubvh-ploc ubvh-greedy ubvh-4 sobb sobb-4 obb dop14; do kinds="$kinds --structure $kind"; done
 measure ubvh-kinds $munich $classroom $town $city --hair 10000 --structure bvh8 $kinds --query nearest --half-angle -1 --queries 20000
 measure ubvh $munich $classroom $town $city $million --hair 10000 --structure bvh8 --structure ubvh --queries 10000
 if [ ! -s "$results/batch.csv" ]; then

@@ -87,8 +87,8 @@ def skewed(rows):
 def skewed_kinds(rows):
     """The nearest hit of a ray by each kind of box, leaf and pair."""
     names = {"bvh8": "boxes along the axes (bvh8)", "dop14": "14-DOP", "obb": "oriented", "sobb": "skewed", "sobb-4": "skewed, 4-wide",
-             "ubvh-single": "ubvh, no pairs", "ubvh-greedy": "ubvh, greedy pairs", "ubvh-ploc": "ubvh, PLOC pairs",
-             "ubvh-4": "ubvh, PLOC pairs, 4-wide"}
+             "ubvh": "ubvh", "ubvh-skewed": "ubvh, all skewed", "ubvh-greedy": "ubvh, greedy pairs", "ubvh-ploc": "ubvh, PLOC pairs",
+             "ubvh-4": "ubvh, all skewed, 4-wide"}
     out = ["| scene | boxes | build, ms | bytes a triangle | primary: nodes | triangles | time | random: nodes | triangles | time |",
            "| --- | --- |" + " ---: |" * 8]
     for scene in scenes_of(rows):

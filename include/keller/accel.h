@@ -62,15 +62,16 @@ typedef enum {
     KELLER_BOXES_DOP14              /* seven slabs, the same for all; leaves are blocks, nodes have eight children */
 } KellerBoxes;
 typedef enum {
-    KELLER_PAIRS_PLOC,              /* by choice among neighbours */
-    KELLER_PAIRS_GREEDY,            /* each with the next, as they come */
-    KELLER_PAIRS_NONE
+    KELLER_PAIRS_NONE,
+    KELLER_PAIRS_PLOC,              /* by choice among neighbours: less memory, more time */
+    KELLER_PAIRS_GREEDY             /* each with the next, as they come */
 } KellerPairs;
 typedef struct {
     KellerBoxes boxes;
     KellerPairs pairs;              /* of triangles that share a box */
     int width;                      /* children of a node: 8 (0) or 4 */
     bool blocks;                    /* leaves are up to eight triangles as they are; else boxes, each around one triangle or a pair */
+    bool everywhere;                /* all boxes are skewed; else those of nodes where it makes them enough smaller. Not for DOP14 */
 } KellerSkewedOptions;
 
 /* How. All zero is a good default. Order, contained and leaf_boxes concern cones on bvh and bvh8: what was measured best is the

@@ -102,13 +102,13 @@ static void measure(KellerAccel *a)
 
 /* ---- choice ------------------------------------------------------------------------------------------------------ */
 
-/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried, but for batches of fewer rays than
+/* Measured (docs/performance.md): the 8-wide hierarchy wins, or draws, for every aperture tried, but for batches of no more rays than
  * there are triangles its building takes longer than to divide and conquer. */
 static const TreeKind *automatic(const KellerAccelInput *input, const KellerAccelOptions *o)
 {
-    const double cone = 8; /* rays that one costs as much as, without a structure */
+    const double cone = 3; /* rays that one costs as much as, without a structure */
     double asked = (double)o->rays + cone * (double)o->cones;
-    return asked > 0 && asked < input->triangle_count ? &tree_dacrt : &tree_bvh8;
+    return asked > 0 && asked <= input->triangle_count ? &tree_dacrt : &tree_bvh8;
 }
 
 static const TreeKind *kind_of(const KellerAccelInput *input, const KellerAccelOptions *o, KellerError *error)

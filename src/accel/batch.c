@@ -13,6 +13,9 @@ static size_t parts_of(size_t count, int threads)
     return parts < most ? parts : most;
 }
 
+/* A region of more threads than there are parts wakes them for nothing. */
+static int team_of(size_t count, int threads) { return count > PART ? (int)parts_of(count, threads) : 1; }
+
 static size_t part_begin(size_t count, size_t part, size_t parts) { return count / parts * part + (count % parts) * part / parts; }
 
 /* For parts that differ by one. */
@@ -51,7 +54,8 @@ static void rays_one_by_one(const KellerAccel *accel, size_t count, const Keller
                             KellerRange clip, KellerRayHit *hits, int threads, KellerAccelWork *work)
 {
     uint64_t nodes = 0, triangles = 0;
-#pragma omp parallel for schedule(dynamic, 256) reduction(+ : nodes, triangles) num_threads(threads > 0 ? threads : omp_get_max_threads())
+    int team = team_of(count, threads);
+#pragma omp parallel for schedule(dynamic, PART) reduction(+ : nodes, triangles) num_threads(team) if (team > 1)
     for (size_t i = 0; i < count; i++) {
         KellerAccelWork own = {0};
         if (!keller_accel_ray_nearest(accel, origins[i], directions[i], clip, &hits[i], &own))
@@ -88,7 +92,8 @@ static void cones_one_by_one(const KellerAccel *accel, size_t count, const Kelle
                              int threads, KellerAccelWork *work)
 {
     uint64_t nodes = 0, triangles = 0;
-#pragma omp parallel for schedule(dynamic, 64) reduction(+ : nodes, triangles) num_threads(threads > 0 ? threads : omp_get_max_threads())
+    int team = team_of(count, threads);
+#pragma omp parallel for schedule(dynamic, 64) reduction(+ : nodes, triangles) num_threads(team) if (team > 1)
     for (size_t i = 0; i < count; i++) {
         KellerAccelWork own = {0};
         if (!keller_accel_cone_nearest(accel, &cones[i], clip, &hits[i], &own))

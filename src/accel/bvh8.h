@@ -40,10 +40,10 @@ static inline __attribute__((always_inline)) Bvh8Slabs bvh8_slabs(const KellerCo
     return s;
 }
 
-/* The children that are met before `far`, and from where on. */
-static inline __attribute__((always_inline)) uint32_t bvh8_meets(const Bvh8Slabs *s, const Bvh8Node *node, float far, f8 *begin)
+/* The boxes that are met before `far`, and from where on. */
+static inline __attribute__((always_inline)) uint32_t bvh8_meets(const Bvh8Slabs *s, const KellerBox8 *boxes, float far, f8 *begin)
 {
-    const float *side = node->boxes.lower[0];
+    const float *side = boxes->lower[0];
     f8 in = s->near, out = f8_set1(far);
     for (int k = 0; k < 3; k++) {
         f8 first = f8_load(side + s->first[k]), last = f8_load(side + (8 * (2 * k + 3) - s->first[k]));
@@ -71,7 +71,7 @@ static inline __attribute__((always_inline)) uint32_t bvh8_open_thin(const Bvh8 
     const Bvh8Slabs slabs = bvh8_slabs(lanes);
     _Alignas(32) float z[8];
     f8 in;
-    uint32_t n = 0, hit = bvh8_meets(&slabs, node, lanes->far, &in);
+    uint32_t n = 0, hit = bvh8_meets(&slabs, &node->boxes, lanes->far, &in);
     if (masked && hit) {
         const MaskWalk walk = mask_walk(lanes);
         hit = bvh8_cull(tree, &walk, number, hit, lanes->far);
@@ -106,7 +106,7 @@ static inline __attribute__((always_inline)) void bvh8_walk_thin(const Bvh8 *tre
         while (!(next & TREE_LEAF)) {
             const Bvh8Node *node = &tree->nodes[next];
             f8 in;
-            uint32_t hit = bvh8_meets(&slabs, node, far, &in);
+            uint32_t hit = bvh8_meets(&slabs, &node->boxes, far, &in);
             tested++;
             if (masked && hit) hit = bvh8_cull(tree, &walk, next, hit, far);
             if (hit == 0) goto pop;

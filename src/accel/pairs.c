@@ -2,13 +2,17 @@
  * with the one of its neighbours along a space-filling curve with which it has the smallest box, if it is that one's choice too. */
 #include "accel/pairs.h"
 
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "accel/wide.h"
 #include "base/number.h"
 
-enum { RADIUS = 8, ROUNDS = 4 }; /* the paper's */
+enum {
+    RADIUS = 8, ROUNDS = 4,         /* the paper's */
+    SMALL = 4096                    /* primitives for which threads cost more to wake than they save */
+};
 
 static bool same(KellerVec3 a, KellerVec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
@@ -108,6 +112,8 @@ static double common_area(const AccelBox *a, const AccelBox *b)
 /* Each one's best neighbour among those that are left; what chooses each other is a pair. Returns how many are left. */
 static uint32_t pair_up(const TreeInput *in, double margin, Place *place, uint32_t count, uint32_t *mate)
 {
+    int threads = in->threads > 0 ? in->threads : omp_get_max_threads();
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1 && count >= SMALL)
     for (uint32_t i = 0; i < count; i++) {
         double least = INFINITY;
         place[i].best = KELLER_NONE;

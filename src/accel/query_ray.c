@@ -121,6 +121,7 @@ static inline __attribute__((always_inline)) float met_first(Query *q, const Ubv
             int i = __builtin_ctz(rest);
             uint32_t place = (met->child[i] & UBVH_PLACE) + k;
             if (met->low[k][i] > far) continue;
+            fetch_block(&q->accel->triangles[place / 8]); /* its first touch: to be decided on later */
             far = offer(q, place / 8, place % 8, met->low[k][i], any, far);
             if (far == -INFINITY) return far;
         }

@@ -226,28 +226,61 @@ static float least_of_frames(const Dops *d, const float *height, int chosen[3])
     return least;
 }
 
+/* The direction of least height[k] factor(k), by what was chosen before: a good box to begin with. */
+static float least_third(const Dops *d, const float *height, int chosen[3])
+{
+    int i = 0, j = -1, k = -1;
+    float two = INFINITY, three = INFINITY;
+    for (int a = 1; a < DOP_AXES; a++)
+        if (height[a] < height[i]) i = a;
+    for (int a = 0; a < DOP_AXES; a++) {
+        if (!(height[i] * height[a] * d->pair[i][a] < two)) continue;
+        two = height[i] * height[a] * d->pair[i][a];
+        j = a;
+    }
+    for (int a = 0; a < DOP_AXES; a++) {
+        float area = (height[i] * height[j] + (height[i] + height[j]) * height[a]) * d->inverse[i][j][a];
+        if (!(area < three)) continue;
+        three = area;
+        k = a;
+    }
+    chosen[0] = i, chosen[1] = j, chosen[2] = k;
+    return three;
+}
+
+/* The third direction, if any makes a smaller box with i and j. */
+static inline void try_thirds(const Dops *d, const float *height, int i, int j, float *least, int chosen[3])
+{
+    float two = height[i] * height[j], sum = height[i] + height[j];
+    for (int k = 0; k < DOP_AXES; k += 8) {
+        f8 area = f8_mul(f8_madd(f8_set1(sum), f8_load(height + k), f8_set1(two)), f8_load(&d->inverse[i][j][k]));
+        uint32_t less = (uint32_t)f8_mask(f8_lt(area, f8_set1(*least)));
+        if (!less) continue;
+        _Alignas(32) float at[8];
+        f8_store(at, area);
+        for (; less; less &= less - 1) {
+            int lane = __builtin_ctz(less);
+            if (!(at[lane] < *least)) continue;
+            *least = at[lane];
+            chosen[0] = i, chosen[1] = j, chosen[2] = k + lane;
+        }
+    }
+}
+
+/* With a <= b <= c and |det| <= |u x v| <= 1 no three make less than 3 a^2, and no two less than (2 a b + b^2) / |u x v|: few of all
+ * 496 twos are left to try. All bounds are rounded as they may be; what is lost is no smaller by more than that. */
 static float least_of_threes(const Dops *d, const float *height, int chosen[3])
 {
-    float least = height[0] * height[1] + height[1] * height[2] + height[2] * height[0];
-    for (int k = 0; k < 3; k++) chosen[k] = k;
-    for (int i = 0; i < DOP_AXES; i++)
-        for (int j = i + 1; j < DOP_AXES; j++) {
-            float two = height[i] * height[j], sum = height[i] + height[j];
-            if (!(two * d->pair[i][j] < least)) continue; /* |det| <= |a x b| */
-            for (int k = 0; k < DOP_AXES; k += 8) {
-                f8 area = f8_mul(f8_madd(f8_set1(sum), f8_load(height + k), f8_set1(two)), f8_load(&d->inverse[i][j][k]));
-                uint32_t less = (uint32_t)f8_mask(f8_lt(area, f8_set1(least)));
-                if (!less) continue;
-                _Alignas(32) float at[8];
-                f8_store(at, area);
-                for (; less; less &= less - 1) {
-                    int lane = __builtin_ctz(less);
-                    if (!(at[lane] < least)) continue;
-                    least = at[lane];
-                    chosen[0] = i, chosen[1] = j, chosen[2] = k + lane;
-                }
-            }
+    float least = least_third(d, height, chosen);
+    for (int i = 0; i < DOP_AXES; i++) {
+        float a = height[i];
+        if (!(3 * a * a < least)) continue;
+        for (int j = 0; j < DOP_AXES; j += 8) {
+            f8 b = f8_load(height + j), bound = f8_mul(f8_mul(f8_add(f8_set1(2 * a), b), b), f8_load(&d->pair[i][j]));
+            uint32_t left = (uint32_t)f8_mask(f8_and(f8_lt(bound, f8_set1(least)), f8_le(f8_set1(a), b)));
+            for (; left; left &= left - 1) try_thirds(d, height, i, j + __builtin_ctz(left), &least, chosen);
         }
+    }
     return least;
 }
 

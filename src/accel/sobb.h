@@ -48,7 +48,7 @@ typedef struct {
     int count;                      /* directions: 32, or 96, three after three */
     _Alignas(32) float direction[3][DOP_MOST];
     float (*inverse)[DOP_AXES][DOP_AXES]; /* of the determinant of three; frames: NULL */
-    float pair[DOP_AXES][DOP_AXES]; /* 1 / |a x b| */
+    _Alignas(32) float pair[DOP_AXES][DOP_AXES]; /* 1 / |a x b| */
 } Dops;
 
 /* Free with dops_free. Errors: KELLER_FAILED (memory). */

@@ -7,12 +7,14 @@
  * ray is told from the box alone which it may hit, and which it surely hits, and looks into the block only to decide what is not sure. */
 #ifndef KELLER_ACCEL_UBVH_H
 #define KELLER_ACCEL_UBVH_H
+#include "accel/bvh8.h"
 #include "accel/leaf.h"
 #include "accel/sobb.h"
 
-/* A child: 0 where there is none (the root is no child), the number of a node, or UBVH_LEAF, how its primitives lie in the box, and the
- * place of the first: 8 times its block, and its lane. Leaves come first. */
+/* A child: 0 where there is none, the number of a node (skewed ones count from 1), or UBVH_LEAF, how its primitives lie in the box, and
+ * the place of the first: 8 times its block, and its lane. Leaves come first. */
 enum {
+    UBVH_ALONG = 1u << 30,          /* of a node: its boxes are along the axes */
     UBVH_WINGS = 1u << 30,
     UBVH_FLAT = 1u << 29,
     UBVH_PLACE = UBVH_FLAT - 1
@@ -30,17 +32,28 @@ typedef struct {
     float band[4];
     uint32_t child[4];
 } UbvhNode4;
+/* Up to eight boxes along the axes, unused ones as in accel/bvh8.h: where skew would gain too little for its price. */
+typedef struct {
+    _Alignas(64) KellerBox8 boxes;
+    uint32_t child[8];
+} UbvhAlong;
 _Static_assert(sizeof(UbvhNode8) == 448 && sizeof(UbvhNode4) == 224, "a slab is four numbers");
 
 typedef struct {
     int width;                      /* 8 or 4: children of a node */
     bool unified;                   /* leaves are boxes around triangles; else boxes around blocks of up to eight */
     double margin;                  /* m: of all slabs, SOBB_WIDTH of the greatest coordinate */
-    UbvhNode8 *nodes8;              /* [node_count], or NULL */
+    UbvhNode8 *nodes8;              /* [node_count], the first of no use; or NULL */
     UbvhNode4 *nodes4;
-    uint32_t node_count;
+    UbvhAlong *along;               /* [along_count] */
+    uint32_t node_count, along_count;
+    uint32_t root;                  /* as a child; 0: nothing in it */
     struct Dop14 *dop14;            /* in their place */
 } Ubvh;
+
+/* TreeKind's build and free. */
+KellerStatus ubvh_build(const TreeInput *input, void **tree, Leaves *leaves, KellerError *error);
+void ubvh_free(void *tree);
 
 /* What a ray or a frustum is to these tests. */
 typedef struct {
@@ -49,6 +62,8 @@ typedef struct {
     float loose;                    /* m: what slabs must hold beyond what they do; 0 for who starts within the scene */
     float looser;                   /* the factor of bands that goes with it */
     bool ray;
+    bool thin;                      /* its slabs are all that boxes along the axes ask */
+    const KellerConeLanes *lanes;
 } UbvhFrustum;
 UbvhFrustum ubvh_frustum(const Ubvh *tree, const KellerConeLanes *lanes);
 
@@ -78,7 +93,7 @@ static inline __attribute__((always_inline)) void ubvh_walk_ray(const Ubvh *tree
                                                                 UbvhVisit visit_met, LeafVisit visit_block, void *context,
                                                                 uint64_t *nodes)
 {
-    if (!tree || tree->node_count == 0) return; /* and where it is of 14-DOPs */
+    if (!tree || !tree->root) return; /* and where it is of 14-DOPs */
     const UbvhFrustum f = ubvh_frustum(tree, lanes);
     if (tree->width == 4) ubvh_walk_ray_4(tree, tree->nodes4, &f, near, far, visit_met, visit_block, context, nodes);
     else ubvh_walk_ray_8(tree, tree->nodes8, &f, near, far, visit_met, visit_block, context, nodes);

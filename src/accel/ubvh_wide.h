@@ -160,23 +160,33 @@ INLINE uint32_t NAME(ubvh_meets)(const UbvhFrustum *f, const NODE *node, float f
 typedef struct {
     uint32_t child;
     float z;
+    uint32_t inside;                /* all of it is surely in the frustum; cones only */
 } NAME(UbvhWaiting);
 
-/* Puts the children in `hit` onto the stack, the farthest first, but the nearest, which is returned. */
-INLINE NAME(UbvhWaiting) NAME(ubvh_push)(const NODE *node, uint32_t hit, VEC begin, NAME(UbvhWaiting) *stack, int *top)
+/* A node is some cache lines, wanted soon. */
+INLINE void NAME(ubvh_fetch)(const Ubvh *tree, const NODE *nodes, uint32_t child)
 {
-    _Alignas(32) float z[8];
-    V(store)(z, begin);
+    if (child & UBVH_LEAF) return;
+    bool along = child & UBVH_ALONG;
+    const char *node = along ? (const char *)&tree->along[child & ~UBVH_ALONG] : (const char *)&nodes[child];
+    for (size_t i = 0; i < (along ? sizeof *tree->along : sizeof *nodes); i += 64) __builtin_prefetch(node + i);
+}
+
+/* Puts the children in `hit` onto the stack, the farthest first, but the nearest, which is returned. */
+INLINE NAME(UbvhWaiting) NAME(ubvh_push)(const Ubvh *tree, const NODE *nodes, const uint32_t *child, uint32_t hit, uint32_t inside,
+                                         const float z[8], NAME(UbvhWaiting) *stack, int *top)
+{
     int i = __builtin_ctz(hit), bottom = *top;
-    NAME(UbvhWaiting) next = {node->child[i], z[i]};
+    NAME(UbvhWaiting) next = {child[i], z[i], inside >> i & 1};
     while (hit &= hit - 1) {
         i = __builtin_ctz(hit);
-        NAME(UbvhWaiting) other = {node->child[i], z[i]};
+        NAME(UbvhWaiting) other = {child[i], z[i], inside >> i & 1};
         if (other.z < next.z) {
             NAME(UbvhWaiting) nearer = other;
             other = next;
             next = nearer;
         }
+        NAME(ubvh_fetch)(tree, nodes, other.child);
         int j = (*top)++;
         for (; j > bottom && stack[j - 1].z < other.z; j--) stack[j] = stack[j - 1];
         stack[j] = other;
@@ -188,17 +198,31 @@ INLINE NAME(UbvhWaiting) NAME(ubvh_push)(const NODE *node, uint32_t hit, VEC beg
 INLINE void NAME(ubvh_walk_ray)(const Ubvh *tree, const NODE *nodes, const UbvhFrustum *f, float inner_near, float inner_far,
                                 UbvhVisit visit_met, LeafVisit visit_block, void *context, uint64_t *tested)
 {
-    NAME(UbvhWaiting) stack[UBVH_STACK], next = {0, -INFINITY};
+    NAME(UbvhWaiting) stack[UBVH_STACK], next = {tree->root, -INFINITY, 0};
+    const Bvh8Slabs slabs = bvh8_slabs(f->lanes);
     int top = 0;
     float far = f->far;
     for (;;) {
+        _Alignas(32) float z[8];
+        uint32_t hit = 0;
         if (next.child & UBVH_LEAF) {
             far = visit_block(context, (next.child & UBVH_PLACE) / 8, false, far);
             if (far == -INFINITY) return;
+        } else if (next.child & UBVH_ALONG) {
+            const UbvhAlong *node = &tree->along[next.child & ~UBVH_ALONG];
+            f8 begin;
+            hit = bvh8_meets(&slabs, &node->boxes, far, &begin);
+            ++*tested;
+            if (hit) {
+                f8_store(z, begin);
+                next = NAME(ubvh_push)(tree, nodes, node->child, hit, 0, z, stack, &top);
+                if (next.z <= far) continue;
+            }
         } else {
             const NODE *node = &nodes[next.child];
             NAME(UbvhSlabs) s;
-            uint32_t hit = NAME(ubvh_ray)(f, node, far, &s), leaves = tree->unified ? hit & (uint32_t)V(mask)(V(chosen)(node->child, 0)) : 0;
+            hit = NAME(ubvh_ray)(f, node, far, &s);
+            uint32_t leaves = tree->unified ? hit & (uint32_t)V(mask)(V(chosen)(node->child, 0)) : 0;
             ++*tested;
             if (leaves) {
                 UbvhMet met;
@@ -208,7 +232,8 @@ INLINE void NAME(ubvh_walk_ray)(const Ubvh *tree, const NODE *nodes, const UbvhF
                 hit &= ~leaves;
             }
             if (hit) {
-                next = NAME(ubvh_push)(node, hit, s.begin, stack, &top);
+                V(store)(z, s.begin);
+                next = NAME(ubvh_push)(tree, nodes, node->child, hit, 0, z, stack, &top);
                 if (next.z <= far) continue;
             }
         }
@@ -232,27 +257,68 @@ INLINE uint32_t NAME(ubvh_blocks)(const NODE *node, uint32_t leaves, uint32_t *b
     return blocks;
 }
 
-/* TreeKind's walk. */
-INLINE void NAME(ubvh_walk)(const Ubvh *tree, const NODE *nodes, const UbvhFrustum *f, LeafVisit visit, void *context, uint64_t *tested)
+/* All children of a node that the frustum contains, unasked. */
+INLINE uint32_t NAME(ubvh_all_children)(const Ubvh *tree, const NODE *nodes, NAME(UbvhWaiting) next, float z[8])
 {
-    NAME(UbvhWaiting) stack[UBVH_STACK], next = {0, -INFINITY};
+    f8_store(z, f8_set1(next.z));
+    if (!(next.child & UBVH_ALONG)) return NAME(ubvh_children)(&nodes[next.child]);
+    const KellerBox8 *boxes = &tree->along[next.child & ~UBVH_ALONG].boxes;
+    return (uint32_t)f8_mask(f8_le(f8_load(boxes->lower[0]), f8_load(boxes->upper[0])));
+}
+
+/* The children of a node that a frustum meets before `far`, and from where on. */
+INLINE uint32_t NAME(ubvh_met_children)(const Ubvh *tree, const NODE *nodes, const UbvhFrustum *f, uint32_t number, float far,
+                                        float z[8])
+{
+    if (number & UBVH_ALONG) {
+        const UbvhAlong *node = &tree->along[number & ~UBVH_ALONG];
+        if (!f->thin) return keller_cone_meets_box8(f->lanes, &node->boxes, z);
+        const Bvh8Slabs slabs = bvh8_slabs(f->lanes);
+        f8 begin;
+        uint32_t hit = bvh8_meets(&slabs, &node->boxes, far, &begin);
+        f8_store(z, begin);
+        return hit;
+    }
+    VEC begin;
+    uint32_t hit = NAME(ubvh_meets)(f, &nodes[number], far, &begin);
+    V(store)(z, begin);
+    return hit;
+}
+
+/* Visits what is left of a node's entries: blocks of triangles first; what is left of the others is returned. */
+INLINE uint32_t NAME(ubvh_visit_leaves)(const Ubvh *tree, const NODE *node, uint32_t hit, bool inside, LeafVisit visit, void *context,
+                                        float *far)
+{
+    uint32_t block, leaves = tree->unified ? hit & (uint32_t)V(mask)(V(chosen)(node->child, 0)) : 0;
+    if (!leaves) return hit;
+    for (uint32_t blocks = NAME(ubvh_blocks)(node, leaves, &block); blocks && *far != -INFINITY; blocks &= blocks - 1)
+        *far = visit(context, block + (uint32_t)__builtin_ctz(blocks), inside, *far);
+    return hit & ~leaves;
+}
+
+/* TreeKind's walk. */
+INLINE void NAME(ubvh_walk)(const Ubvh *tree, const NODE *nodes, const UbvhFrustum *f, bool contained, LeafVisit visit, void *context,
+                            uint64_t *tested)
+{
+    NAME(UbvhWaiting) stack[UBVH_STACK], next = {tree->root, -INFINITY, 0};
     int top = 0;
     float far = f->far;
     for (;;) {
         if (next.child & UBVH_LEAF) {
-            far = visit(context, (next.child & UBVH_PLACE) / 8, false, far);
+            far = visit(context, (next.child & UBVH_PLACE) / 8, next.inside, far);
         } else {
-            const NODE *node = &nodes[next.child];
-            VEC begin;
-            uint32_t hit = NAME(ubvh_meets)(f, node, far, &begin), leaves = hit & (uint32_t)V(mask)(V(chosen)(node->child, 0)), block;
-            ++*tested;
-            if (tree->unified && leaves) {
-                hit &= ~leaves;
-                for (uint32_t blocks = NAME(ubvh_blocks)(node, leaves, &block); blocks && far != -INFINITY; blocks &= blocks - 1)
-                    far = visit(context, block + (uint32_t)__builtin_ctz(blocks), false, far);
-            }
+            _Alignas(32) float z[8];
+            bool along = next.child & UBVH_ALONG;
+            const uint32_t *child = along ? tree->along[next.child & ~UBVH_ALONG].child : nodes[next.child].child;
+            uint32_t hit = next.inside ? NAME(ubvh_all_children)(tree, nodes, next, z)
+                                       : NAME(ubvh_met_children)(tree, nodes, f, next.child, far, z);
+            uint32_t inside = next.inside ? hit : 0;
+            *tested += !next.inside;
+            if (along && contained && hit && !inside)
+                inside = hit & keller_cone_contains_box8(f->lanes, &tree->along[next.child & ~UBVH_ALONG].boxes);
+            if (!along && hit) hit = NAME(ubvh_visit_leaves)(tree, &nodes[next.child], hit, next.inside, visit, context, &far);
             if (hit && far != -INFINITY) {
-                next = NAME(ubvh_push)(node, hit, begin, stack, &top);
+                next = NAME(ubvh_push)(tree, nodes, child, hit, inside, z, stack, &top);
                 if (next.z <= far) continue;
             }
         }
@@ -265,15 +331,14 @@ INLINE void NAME(ubvh_walk)(const Ubvh *tree, const NODE *nodes, const UbvhFrust
 }
 
 /* TreeKind's open. */
-INLINE uint32_t NAME(ubvh_open)(const NODE *node, const UbvhFrustum *f, TreeChild child[8])
+INLINE uint32_t NAME(ubvh_open)(const Ubvh *tree, const NODE *nodes, uint32_t number, const UbvhFrustum *f, TreeChild child[8])
 {
     _Alignas(32) float z[8];
-    VEC begin;
-    uint32_t n = 0, hit = NAME(ubvh_meets)(f, node, f->far, &begin);
-    V(store)(z, begin);
+    const uint32_t *children = number & UBVH_ALONG ? tree->along[number & ~UBVH_ALONG].child : nodes[number].child;
+    uint32_t n = 0, hit = NAME(ubvh_met_children)(tree, nodes, f, number, f->far, z);
     for (; hit; hit &= hit - 1) {
         int i = __builtin_ctz(hit);
-        uint32_t c = node->child[i], place = c & UBVH_PLACE, end = place / 8;
+        uint32_t c = children[i], place = c & UBVH_PLACE, end = place / 8;
         if (!(c & UBVH_LEAF)) {
             child[n++] = (TreeChild){z[i], c};
             continue;

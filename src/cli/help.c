@@ -114,7 +114,7 @@ static const Help verbs[] = {
      "  accel: the accelerators' queries with rays and cones\n"
      "  --scene FILE           a scene; --random N: N random triangles; --hair N: N hairs; each may be given again\n"
      "  --structure NAME       only this one: kdtree, bvh, bvh8, bvh+mask, bvh8+mask, ubvh, dacrt, and\n"
-     "                         to compare with ubvh: ubvh-ploc, ubvh-greedy, ubvh-single, ubvh-4, sobb, sobb-4, obb, dop14;\n"
+     "                         to compare with ubvh: ubvh-skewed, ubvh-ploc, ubvh-greedy, ubvh-4, sobb, sobb-4, obb, dop14;\n"
      "                         may be given again\n"
      "  --query NAME, --half-angle DEG, --queries N, --seed N\n"
      "                         only these queries; how many; of the random numbers\n"

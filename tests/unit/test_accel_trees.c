@@ -114,56 +114,74 @@ static void check_walk(const TreeInput *in, const Leaves *l, const KellerCone *c
     for (uint32_t i = 0; i < in->count; i++) assert_false(met[i].near <= lesser(met[i].far, far));
 }
 
-static void find_met(const TreeInput *in, const KellerCone *cone, KellerRange clipped, KellerRange *met)
-{
-    const Model *m = in->clip_context;
-    for (uint32_t i = 0; i < in->count; i++)
-        met[i] = keller_cone_triangle(cone, local(m, i, 0), local(m, i, 1), local(m, i, 2), clipped, NULL, NULL);
-}
+/* Frusta through a model, and what they meet: the loop over all, once for all trees. */
+enum { FRUSTA = 40 };
+typedef struct {
+    KellerCone cone[FRUSTA];
+    KellerConeLanes lanes[FRUSTA];
+    KellerRange *met[FRUSTA];
+} Frusta;
 
-static void walks(const TreeKind *kind, const TreeInput *in, const void *tree, const Leaves *l, Random *r, uint64_t *work)
+static Frusta *frusta_of(const TreeInput *in, Random *r)
 {
     const Model *m = in->clip_context;
-    KellerRange *met = malloc((in->count + 1) * sizeof *met), *left = malloc((in->count + 1) * sizeof *left);
-    float *shorten = malloc((l->block_count + 1) * sizeof *shorten);
+    Frusta *f = malloc(sizeof *f);
     double size = 0;
     for (uint32_t i = 0; i < in->count; i++)
         for (int k = 0; k < 3; k++)
             size = greater(size, greater(fabs((double)in->boxes[i].lower[k]), fabs((double)in->boxes[i].upper[k])));
-    for (uint32_t q = 0; q < 40; q++) {
-        KellerCone cone = model_cone(m, q, r);
-        cone.origin = v3_sub(cone.origin, m->middle);
+    for (uint32_t q = 0; q < FRUSTA; q++) {
+        KellerCone *cone = &f->cone[q];
+        *cone = model_cone(m, q, r);
+        cone->origin = v3_sub(cone->origin, m->middle);
         KellerRange clipped = {q % 2 ? random_in(r, 0, 4) : 0, q % 3 == 1 ? random_in(r, 4, 20) : INFINITY};
-        KellerConeLanes lanes = keller_cone_lanes(&cone, clipped, size);
-        find_met(in, &cone, clipped, met);
+        f->lanes[q] = keller_cone_lanes(cone, clipped, size);
+        f->met[q] = malloc((in->count + 1) * sizeof *f->met[q]);
+        for (uint32_t i = 0; i < in->count; i++)
+            f->met[q][i] = keller_cone_triangle(cone, local(m, i, 0), local(m, i, 1), local(m, i, 2), clipped, NULL, NULL);
+    }
+    return f;
+}
+
+static void frusta_free(Frusta *f)
+{
+    for (uint32_t q = 0; q < FRUSTA; q++) free(f->met[q]);
+    free(f);
+}
+
+static void walks(const TreeKind *kind, const TreeInput *in, const void *tree, const Leaves *l, const Frusta *f, uint64_t *work)
+{
+    KellerRange *left = malloc((in->count + 1) * sizeof *left);
+    float *shorten = malloc((l->block_count + 1) * sizeof *shorten);
+    for (uint32_t q = 0; q < FRUSTA; q++) {
+        const KellerRange *met = f->met[q];
         for (uint32_t b = 0; b < l->block_count; b++) { /* as a query for the nearest would */
             shorten[b] = INFINITY;
             for (uint32_t j = l->begin[b]; j < l->begin[b + 1]; j++)
                 if (met[l->refs[j]].near <= met[l->refs[j]].far)
                     shorten[b] = (float)lesser((double)shorten[b], met[l->refs[j]].near * (1 + 1e-6) + 1e-6);
         }
-        for (int shortened = 0; shortened < 2; shortened++)
-            for (int contained = 0; contained < 2; contained++) {
-                Walk w = walk_of(l->block_count);
-                uint64_t nodes = 0;
-                w.shorten = shortened ? shorten : NULL;
-                kind->walk(tree, &lanes, &(WalkHow){.contained = contained}, visit, &w, &nodes);
-                memcpy(left, met, in->count * sizeof *met);
-                check_walk(in, l, &cone, &w, left);
-                *work += w.count;
-                if (w.count > 1) { /* and it ends when told to */
-                    Walk half = walk_of(l->block_count);
-                    half.shorten = w.shorten;
-                    half.stop = w.count / 2;
-                    kind->walk(tree, &lanes, &(WalkHow){.contained = contained}, visit, &half, &nodes);
-                    assert_int_equal(half.count, half.stop);
-                    assert_memory_equal(half.order, w.order, half.count * sizeof *w.order);
-                    walk_free(&half);
-                }
-                walk_free(&w);
+        for (int way = 0; way < 4; way++) { /* shortened, looking for what is contained */
+            const WalkHow how = {.contained = way & 1};
+            Walk w = walk_of(l->block_count);
+            uint64_t nodes = 0;
+            w.shorten = way & 2 ? shorten : NULL;
+            kind->walk(tree, &f->lanes[q], &how, visit, &w, &nodes);
+            memcpy(left, met, in->count * sizeof *met);
+            check_walk(in, l, &f->cone[q], &w, left);
+            *work += w.count;
+            if (w.count > 1) { /* and it ends when told to */
+                Walk half = walk_of(l->block_count);
+                half.shorten = w.shorten;
+                half.stop = w.count / 2;
+                kind->walk(tree, &f->lanes[q], &how, visit, &half, &nodes);
+                assert_int_equal(half.count, half.stop);
+                assert_memory_equal(half.order, w.order, half.count * sizeof *w.order);
+                walk_free(&half);
             }
+            walk_free(&w);
+        }
     }
-    free(met);
     free(left);
     free(shorten);
 }
@@ -207,6 +225,7 @@ static void nothing_missed(void **state)
         Model m = model_make(model, s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : 20 + random_u32(&r) % 2000, &r);
         AccelBox *boxes;
         TreeInput in = input_of(&m, &boxes);
+        Frusta *frusta = frusta_of(&in, &r);
         for (int k = 0; k < KINDS; k++)
             for (int spatial = 0; spatial < 2; spatial++) {
                 in.spatial = 0.5 * spatial;
@@ -216,13 +235,14 @@ static void nothing_missed(void **state)
                 uint64_t work = 0;
                 assert_int_equal(kinds[k]->build(&in, &tree, &leaves, NULL), KELLER_OK);
                 check_leaves(&in, &leaves, !spatial && k > 0);
-                walks(kinds[k], &in, tree, &leaves, &r, &work);
+                walks(kinds[k], &in, tree, &leaves, frusta, &work);
                 if (in.count > 300 && (model == MODEL_SPREAD || model == MODEL_GRID || model == MODEL_FAR_AWAY))
                     assert_true(work < 160 * leaves.block_count / 2); /* it does save work */
-                if (in.count) same_for_threads(kinds[k], in, tree, &leaves, &r);
+                if (in.count && s >= 4 * MODEL_KINDS) same_for_threads(kinds[k], in, tree, &leaves, &r);
                 leaves_free(&leaves);
                 kinds[k]->free(tree);
             }
+        frusta_free(frusta);
         free(boxes);
         model_free(&m);
     }
@@ -277,7 +297,7 @@ static void bounded(void **state)
     (void)state;
     Random r = {5};
     for (int s = 0; s < 2; s++) {
-        Model m = model_make(s ? MODEL_ONE_POINT : MODEL_HUGE_AND_TINY, 20000, &r);
+        Model m = model_make(s ? MODEL_ONE_POINT : MODEL_HUGE_AND_TINY, 10000, &r);
         for (uint32_t i = 0; s == 0 && i < m.in.triangle_count * 3; i++) m.vertices[i] = random_point(&r, 10); /* all overlap */
         AccelBox *boxes;
         TreeInput in = input_of(&m, &boxes);

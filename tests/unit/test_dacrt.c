@@ -220,7 +220,8 @@ static void chosen(void **state)
     static const struct {
         size_t rays, cones;
         const char *name;
-    } jobs[] = {{0, 0, "bvh8"}, {10, 0, "dacrt"}, {0, 10, "dacrt"}, {99, 0, "dacrt"}, {100, 0, "bvh8"}, {0, 13, "bvh8"}};
+    } jobs[] = {{0, 0, "bvh8"}, {10, 0, "dacrt"}, {0, 10, "dacrt"}, {100, 0, "dacrt"}, {101, 0, "bvh8"}, {0, 33, "dacrt"},
+              {0, 34, "bvh8"}};
     Random r = {4};
     Model m = model_make(MODEL_SPREAD, 100, &r);
     for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {

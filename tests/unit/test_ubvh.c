@@ -188,7 +188,7 @@ static void all_kinds(void **state)
         KellerAccel *plain, *skewed;
         assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "bvh8"}, &plain, NULL), KELLER_OK);
         for (int kind = 0; kind < 36; kind++) {
-            KellerSkewedOptions how = {(KellerBoxes)(kind % 3), (KellerPairs)(kind / 3 % 3), kind & 1 ? 4 : 8, kind / 18};
+            KellerSkewedOptions how = {(KellerBoxes)(kind % 3), (KellerPairs)(kind / 3 % 3), kind & 1 ? 4 : 8, kind / 18, kind % 4 == 3};
             assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "ubvh", .skewed = how}, &skewed, NULL), KELLER_OK);
             assert_string_equal(keller_accel_name(skewed), "ubvh");
             for (int far = 0; far < 3; far++) hits += same_answers(&m, plain, skewed, (const double[]){1, 7, 1000}[far], &r);
@@ -200,8 +200,8 @@ static void all_kinds(void **state)
     assert_true(hits > 20000);
 }
 
-/* Squares are found to be pairs by either way, and shrink the tree. */
-static void pairs_found(void **state)
+/* Squares are found to be pairs by either way, and shrink the tree; nor is it large without. */
+static void sizes(void **state)
 {
     (void)state;
     Random r = {8};
@@ -217,13 +217,19 @@ static void pairs_found(void **state)
     assert_true(bytes[KELLER_PAIRS_PLOC] < 0.75 * (double)bytes[KELLER_PAIRS_NONE]);
     assert_true(bytes[KELLER_PAIRS_GREEDY] < 0.75 * (double)bytes[KELLER_PAIRS_NONE]);
     model_free(&m);
+    m = hair(); /* nodes are full, or nearly: 448 bytes for eight triangles, and those above */
+    KellerAccel *accel;
+    assert_int_equal(keller_accel_new(&m.in, &(KellerAccelOptions){.name = "ubvh"}, &accel, NULL), KELLER_OK);
+    assert_true(accel->kind->bytes(accel->tree) < 110 * (size_t)m.in.triangle_count);
+    keller_accel_free(accel);
+    model_free(&m);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(around_one), cmocka_unit_test(around_two), cmocka_unit_test(fitted),
-        cmocka_unit_test(all_kinds),  cmocka_unit_test(pairs_found),
+        cmocka_unit_test(all_kinds),  cmocka_unit_test(sizes),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
