@@ -21,6 +21,7 @@ typedef struct {
 
 typedef struct {
     char *id;
+    int line;                   /* of its element, for messages */
     KellerStation station;
     double power;               /* W; of sound: of all frequencies together */
     double *level;              /* sound: [frequency_count] dB re 20 uPa, free-field level at 1 m on the source's axis; radio: NULL */
@@ -36,6 +37,7 @@ typedef struct {
     uint32_t first, count;      /* range in receivers */
     double x0, y0, z, step;     /* grid only: centre of the first cell, height, spacing; m */
     char *file;                 /* route only: the path of its file, else NULL */
+    int line;                   /* of its element, for messages */
 } KellerReceiverSet;
 
 typedef struct {
@@ -58,6 +60,7 @@ typedef struct {
 
 typedef struct {
     char *file;                 /* path of the configuration */
+    int line;                   /* of <simulation>, for messages */
     char *text;                 /* the XML as run, variables substituted; NUL-terminated */
     char sha256[65];            /* of text, lower-case hex */
     char *scene_file;           /* resolved against the configuration's folder */

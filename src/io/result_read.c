@@ -54,11 +54,11 @@ bool keller_reader_has(KellerReader *reader, const char *path)
     return has;
 }
 
-KellerStatus keller_reader_config(KellerReader *reader, char **text, KellerError *error)
+KellerStatus keller_reader_text(KellerReader *reader, const char *path, char **text, KellerError *error)
 {
     KellerHdfQuiet quiet = keller_hdf_quiet();
     char **texts = NULL;
-    KellerStatus status = keller_reader_texts(reader, "/config", &texts, NULL, error);
+    KellerStatus status = keller_reader_texts(reader, path, &texts, NULL, error);
     if (status == KELLER_OK) {
         *text = texts[0];
         free(texts);

@@ -13,6 +13,7 @@
 #include "path/level.h"
 #include "path/part.h"
 #include "path/response.h"
+#include "path/restore.h"
 #include "path/scatter.h"
 #include "base/number.h"
 
@@ -29,6 +30,7 @@ typedef struct {
     const KellerConfig *config;
     const KellerScene *scene;
     const KellerAccel *accel;
+    const KellerPathSource *known;  /* NULL: paths are searched */
     const KellerSink *sink;
     KellerSimulationWork *work;
     FieldContext fields;
@@ -87,7 +89,7 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
  * both ends meet on the leg between them and need none. */
 static bool searched_alone(const Simulation *s, const KellerReceiverSet *set)
 {
-    return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1;
+    return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1 && !s->known;
 }
 
 /* Slabs that a scattered path may pass through. */
@@ -183,7 +185,7 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     PairResult *results = calloc(count, sizeof *results);
     if (!results) return keller_error_memory(error, count * sizeof *results);
     uint32_t threads = s->work->threads, across = count > 1 ? threads : 1, within = count > 1 ? 1 : threads;
-    KellerStatus status = KELLER_OK;
+    KellerStatus status = s->known ? known_take(s->known, s->tx, first, count, results, error) : KELLER_OK;
     uint32_t finished = 0;
 #pragma omp parallel num_threads((int)across) if (across > 1)
     {
@@ -195,7 +197,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
             seen = status;
             if (seen != KELLER_OK) continue;
             KellerError own_error;
-            KellerStatus own_status = run_receiver(s, first + i, part, cell + i, within, &results[i], &work, &own_error);
+            KellerStatus own_status = s->known ? known_fields(s->known, &s->fields, s->tx, first + i, &results[i], &work, &own_error)
+                                               : run_receiver(s, first + i, part, cell + i, within, &results[i], &work, &own_error);
             if (own_status != KELLER_OK) {
 #pragma omp critical(keller_simulate)
                 {
@@ -218,8 +221,9 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     for (uint32_t i = 0; i < count; i++) /* each its own cell */
         if (levels) level_cell(coverage, first - set->first + i, &s->fields, &results[i]);
     for (uint32_t i = 0; i < count; i++) {
-        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
-                                                           &results[i]);
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, &results[i].sums);
+        if (status == KELLER_OK && s->sink->pair && set->kind != KELLER_SET_GRID)
+            status = s->sink->pair(s->sink->context, &results[i].sums, error);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
@@ -414,7 +418,7 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
         bool grid = c->sets[i].kind == KELLER_SET_GRID, alone = searched_alone(s, &c->sets[i]);
         uint32_t end = i + 1;
         while (!grid && end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
-        if (searched != alone) {
+        if (searched != alone && !s->known) {
             forget_forward(s);
             status = search_forward(s, alone, error);
             searched = alone;
@@ -426,8 +430,8 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
     return status;
 }
 
-KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
-                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+static KellerStatus simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerPathSource *known, const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
 {
     memset(work, 0, sizeof *work);
     KellerStatus status = keller_simulation_check(config, scene, error);
@@ -441,7 +445,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         free(media);
         return keller_error_memory(error, scene->face_count * sizeof *boxes);
     }
-    Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
+    Simulation s = {.config = config, .scene = scene, .accel = accel, .known = known, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
     s.total = (uint64_t)config->transmitter_count * config->receiver_count;
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
@@ -457,7 +461,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;
     }
-    if (status == KELLER_OK && config->scattering > 0 && config->interactions > 0) {
+    if (status == KELLER_OK && config->scattering > 0 && config->interactions > 0 && !known) {
         KellerError inner;
         status = patches_of(scene, config->patch, &s.patches, &inner);
         if (status != KELLER_OK) keller_error(error, status, "%s:%d: %s", config->file, config->paths_line, inner.message);
@@ -474,4 +478,16 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     free(boxes);
     free(media);
     return status;
+}
+
+KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+{
+    return simulate(config, scene, accel, NULL, sink, work, error);
+}
+
+KellerStatus keller_simulate_known(const KellerConfig *config, const KellerScene *scene, const KellerPathSource *source,
+                                   const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+{
+    return simulate(config, scene, NULL, source, sink, work, error);
 }
