@@ -3,26 +3,29 @@
 #include <stdlib.h>
 #include <string.h>
 #include "cli/cli.h"
+#include "cli/export.h"
 #include "cli/path_print.h"
 #include "io/atomic.h"
 #include "io/wav.h"
 
-typedef struct {
-    char *file;
-    const char *tx, *rx, *output;
-    bool force;
-} Options;
-
-static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
+static KellerStatus parse(int argc, char **argv, KellerExport *o, KellerError *error)
 {
-    enum { TX, RX, OUTPUT, FORCE };
-    static const KellerOption options[] = {{"tx", 0, true}, {"rx", 0, true}, {"output", 'o', true}, {"force", 0, false}, {0}};
+    enum { TX, RX, GRID, SUM, OUTPUT, FORCE };
+    static const KellerOption options[] = {{"tx", 0, true}, {"rx", 0, true}, {"grid", 0, true}, {"sum", 0, true},
+                                           {"output", 'o', true}, {"force", 0, false}, {0}};
     KellerArguments arguments = {.verb = "export", .argc = argc, .argv = argv};
     const char *value;
     for (;;) {
         switch (keller_next_argument(&arguments, options, &value, error)) {
         case TX: o->tx = value; break;
         case RX: o->rx = value; break;
+        case GRID: o->grid = value; break;
+        case SUM:
+            o->sum = true;
+            o->incoherent = strcmp(value, "incoherent") == 0;
+            if (!o->incoherent && strcmp(value, "coherent") != 0)
+                return keller_usage(error, "export", "--sum is \"%.60s\"; expected coherent or incoherent", value);
+            break;
         case OUTPUT: o->output = value; break;
         case FORCE: o->force = true; break;
         case KELLER_ARGUMENT_OPERAND:
@@ -32,9 +35,12 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
         case KELLER_ARGUMENT_END: {
             if (!o->file) return keller_usage(error, "export", "a result file is expected");
             const char *dot = o->output ? strrchr(o->output, '.') : NULL;
-            if (!dot || strcmp(dot, ".wav") != 0)
-                return keller_usage(error, "export", "-o is \"%.200s\"; expected a name that ends in .wav",
+            bool wav = dot && strcmp(dot, ".wav") == 0, csv = dot && strcmp(dot, ".csv") == 0;
+            if (!wav && !csv)
+                return keller_usage(error, "export", "-o is \"%.200s\"; expected a name that ends in .wav or .csv",
                                     o->output ? o->output : "");
+            if (wav && (o->grid || o->sum)) return keller_usage(error, "export", "--grid and --sum are for maps, -o FILE.csv");
+            if (csv && o->rx) return keller_usage(error, "export", "--rx is for impulse responses, -o FILE.wav");
             return KELLER_OK;
         }
         default: return KELLER_USAGE;
@@ -43,7 +49,7 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
 }
 
 /* The row of /responses for the pair asked for; where no end is named, the first. */
-static KellerStatus find_response(KellerReader *reader, const Options *o, uint64_t *row, KellerError *error)
+static KellerStatus find_response(KellerReader *reader, const KellerExport *o, uint64_t *row, KellerError *error)
 {
     const KellerResultInfo *info = keller_reader_info(reader);
     size_t tx = SIZE_MAX, set = SIZE_MAX;
@@ -80,7 +86,7 @@ typedef struct {
     bool tail;                  /* a part of it is statistical */
 } Sound;
 
-static KellerStatus read_sound(const Options *o, Sound *sound, KellerError *error)
+static KellerStatus read_sound(const KellerExport *o, Sound *sound, KellerError *error)
 {
     KellerReader *reader = NULL;
     uint64_t row = 0;
@@ -105,21 +111,39 @@ static KellerStatus read_sound(const Options *o, Sound *sound, KellerError *erro
     return status;
 }
 
-static KellerStatus write_sound(const Options *o, const Sound *sound, KellerError *error)
+KellerStatus keller_export_file(const KellerExport *o, KellerStatus (*write)(void *context, const char *temporary, KellerError *error),
+                                void *context, KellerError *error)
 {
     KellerAtomic target = {0};
     KellerInterrupt interrupt;
-    double scale = 1;
     if (!keller_interrupt_start(&interrupt)) return keller_error(error, KELLER_FAILED, "no thread for signals");
     keller_interrupt_hold(&interrupt);
     KellerStatus status = keller_atomic_begin(o->output, o->force, &target, error);
     keller_interrupt_release(&interrupt, target.temporary);
-    if (status == KELLER_OK)
-        status = keller_wav_write(target.temporary, o->output, (size_t)sound->count, sound->samples, sound->rate, &scale,
-                                  error);
+    if (status == KELLER_OK) status = write(context, target.temporary, error);
     if (status == KELLER_OK) status = keller_atomic_finish(&target, error);
     keller_atomic_abandon(&target);
     keller_interrupt_stop(&interrupt);
+    return status;
+}
+
+typedef struct {
+    const KellerExport *options;
+    const Sound *sound;
+    double scale;
+} SoundFile;
+
+static KellerStatus write_wav(void *context, const char *temporary, KellerError *error)
+{
+    SoundFile *f = context;
+    return keller_wav_write(temporary, f->options->output, (size_t)f->sound->count, f->sound->samples, f->sound->rate, &f->scale, error);
+}
+
+static KellerStatus write_sound(const KellerExport *o, const Sound *sound, KellerError *error)
+{
+    SoundFile file = {.options = o, .sound = sound, .scale = 1};
+    KellerStatus status = keller_export_file(o, write_wav, &file, error);
+    double scale = file.scale;
     if (status == KELLER_OK && scale != 1)
         fprintf(stderr, "keller: %s: multiplied by %.6g, so that nothing clips\n", o->output, scale);
     if (status == KELLER_OK && sound->tail)
@@ -129,9 +153,10 @@ static KellerStatus write_sound(const Options *o, const Sound *sound, KellerErro
     return status;
 }
 
-static KellerStatus export_sound(void *context, KellerError *error)
+static KellerStatus export(void *context, KellerError *error)
 {
-    const Options *o = context;
+    const KellerExport *o = context;
+    if (strcmp(strrchr(o->output, '.'), ".csv") == 0) return keller_export_maps(o, error);
     Sound sound = {0};
     struct rlimit before;
     keller_limit_memory(o->file, &before);
@@ -144,9 +169,9 @@ static KellerStatus export_sound(void *context, KellerError *error)
 
 KellerStatus keller_cli_export(int argc, char **argv, KellerError *error)
 {
-    Options options = {0};
+    KellerExport options = {0};
     KellerStatus status = parse(argc, argv, &options, error);
     if (status == KELLER_OK) status = keller_refuse_input(options.output, options.file, "the result to export", error);
     if (status == KELLER_OK) status = keller_atomic_check(options.output, options.force, error);
-    return status == KELLER_OK ? keller_guarded(options.file, export_sound, &options, error) : status;
+    return status == KELLER_OK ? keller_guarded(options.file, export, &options, error) : status;
 }

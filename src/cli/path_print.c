@@ -9,63 +9,34 @@
 
 static const double degrees = 180 / M_PI;
 
-/* ---- texts ------------------------------------------------------------------------------------------------------- */
-
-/* Length of the UTF-8 character at text, 0 if it is not one. */
-static size_t character(const unsigned char *text)
-{
-    size_t length = text[0] < 0x80 ? 1 : text[0] >= 0xc2 && text[0] < 0xe0 ? 2 : text[0] >= 0xe0 && text[0] < 0xf0 ? 3
-                    : text[0] >= 0xf0 && text[0] < 0xf5 ? 4 : 0;
-    for (size_t i = 1; i < length; ++i)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    /* overlong forms, surrogates, beyond U+10FFFF */
-    if ((text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xed && text[1] > 0x9f) ||
-        (text[0] == 0xf0 && text[1] < 0x90) || (text[0] == 0xf4 && text[1] > 0x8f)) return 0;
-    return length;
-}
-
-static void put_json(const char *text)
-{
-    putchar('"');
-    for (const unsigned char *c = (const unsigned char *)text; *c;) {
-        size_t length = character(c);
-        if (length == 0) fputs("\\ufffd", stdout);
-        else if (*c == '"' || *c == '\\') printf("\\%c", *c);
-        else if (*c < 32) printf("\\u%04x", *c);
-        else fwrite(c, 1, length, stdout);
-        c += length ? length : 1;
-    }
-    putchar('"');
-}
-
-static void put_csv(const char *text)
-{
-    if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, stdout);
-        return;
-    }
-    putchar('"');
-    for (; *text; ++text) {
-        if (*text == '"') putchar('"');
-        putchar(*text);
-    }
-    putchar('"');
-}
-
-/* JSON knows no infinities. */
-static void put_json_number(double value)
-{
-    if (isfinite(value)) printf("%.17g", value);
-    else fputs("null", stdout);
-}
-
-static void receiver_name(const KellerResultInfo *info, uint32_t rx, char *name, size_t size)
+void keller_receiver_of(const KellerResultInfo *info, uint32_t rx, char *name, size_t size)
 {
     uint32_t set = info->receiver_sets[rx];
     keller_receiver_name(info->set_ids[set], info->set_kinds[set], info->receiver_indices[rx], name, size);
 }
 
-static bool is_sound(const KellerResultInfo *info) { return strcmp(info->domain, "acoustic") == 0; }
+bool keller_is_sound(const KellerResultInfo *info) { return strcmp(info->domain, "acoustic") == 0; }
+
+void keller_put_ids(const char *tx, const char *rx)
+{
+    /* Padding counts bytes; ids beyond ASCII shift their row, no more. */
+    const char *const names[] = {tx, rx};
+    for (int i = 0; i < 2; ++i) {
+        keller_put_text(names[i]);
+        int width = i ? 14 : 10, length = (int)strlen(names[i]);
+        printf("%*s ", length < width ? width - length : 0, "");
+    }
+}
+
+void keller_put_json_frequencies(const KellerResultInfo *info)
+{
+    fputs("{\"frequencies_Hz\": [", stdout);
+    for (uint64_t f = 0; f < info->frequency_count; ++f) {
+        if (f) fputs(", ", stdout);
+        keller_put_json_number(info->frequencies[f]);
+    }
+    putchar(']');
+}
 
 /* ---- formats ----------------------------------------------------------------------------------------------------- */
 
@@ -75,7 +46,7 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
     char number[32];
     switch (format) {
     case KELLER_PATHS_TABLE:
-        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", is_sound(info) ? "delay/ms" : "delay/ns");
+        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", keller_is_sound(info) ? "delay/ms" : "delay/ns");
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             char head[48];
             snprintf(head, sizeof head, "dB@%s", keller_si(info->frequencies[f], "Hz", number));
@@ -92,26 +63,16 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
         puts(",departure_zenith_deg,departure_azimuth_deg,arrival_zenith_deg,arrival_azimuth_deg");
         break;
     case KELLER_PATHS_JSON:
-        fputs("{\"frequencies_Hz\": [", stdout);
-        for (uint64_t f = 0; f < info->frequency_count; ++f) {
-            if (f) fputs(", ", stdout);
-            put_json_number(info->frequencies[f]);
-        }
-        fputs("], \"paths\": [", stdout);
+        keller_put_json_frequencies(info);
+        fputs(", \"paths\": [", stdout);
         break;
     }
 }
 
 static void print_table(const KellerResultInfo *info, const KellerPathRow *row, const char *rx, const char *sequence)
 {
-    /* Padding counts bytes; ids beyond ASCII shift their row, no more. */
-    const char *const names[] = {info->transmitter_ids[row->tx], rx};
-    for (int i = 0; i < 2; ++i) {
-        keller_put_text(names[i]);
-        int width = i ? 14 : 10, length = (int)strlen(names[i]);
-        printf("%*s ", length < width ? width - length : 0, "");
-    }
-    printf("%10.3f %12.4f", row->length, row->delay * (is_sound(info) ? 1e3 : 1e9));
+    keller_put_ids(info->transmitter_ids[row->tx], rx);
+    printf("%10.3f %12.4f", row->length, row->delay * (keller_is_sound(info) ? 1e3 : 1e9));
     for (uint64_t f = 0; f < info->frequency_count; ++f)
         printf(" %13.2f %9.2f %9.2f", keller_decibel(cabs(row->gain[f])), carg(row->gain[f]) * degrees,
                row->doppler[f]);
@@ -121,9 +82,9 @@ static void print_table(const KellerResultInfo *info, const KellerPathRow *row, 
 
 static void print_csv(const KellerResultInfo *info, const KellerPathRow *row, const char *rx, const char *sequence)
 {
-    put_csv(info->transmitter_ids[row->tx]);
+    keller_put_csv(info->transmitter_ids[row->tx]);
     putchar(',');
-    put_csv(rx);
+    keller_put_csv(rx);
     printf(",%s,%.17g,%.17g", sequence, row->length, row->delay);
     for (uint64_t f = 0; f < info->frequency_count; ++f)
         printf(",%.12g,%.12g,%.12g", keller_decibel(cabs(row->gain[f])), carg(row->gain[f]) * degrees, row->doppler[f]);
@@ -135,19 +96,19 @@ static void print_json(const KellerPathPrinter *printer, const KellerPathRow *ro
 {
     const KellerResultInfo *info = printer->info;
     fputs(printer->printed ? ",\n {\"tx\": " : "\n {\"tx\": ", stdout);
-    put_json(info->transmitter_ids[row->tx]);
+    keller_put_json(info->transmitter_ids[row->tx]);
     fputs(", \"rx\": ", stdout);
-    put_json(rx);
+    keller_put_json(rx);
     printf(", \"sequence\": \"%s\", \"length_m\": ", sequence);
-    put_json_number(row->length);
+    keller_put_json_number(row->length);
     fputs(", \"delay_s\": ", stdout);
-    put_json_number(row->delay);
+    keller_put_json_number(row->delay);
     static const char *const names[] = {"gain_dB", "phase_deg", "doppler_Hz"};
     for (int what = 0; what < 3; ++what) {
         printf(", \"%s\": [", names[what]);
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             if (f) fputs(", ", stdout);
-            put_json_number(what == 0   ? keller_decibel(cabs(row->gain[f]))
+            keller_put_json_number(what == 0   ? keller_decibel(cabs(row->gain[f]))
                             : what == 1 ? carg(row->gain[f]) * degrees
                                         : row->doppler[f]);
         }
@@ -158,7 +119,7 @@ static void print_json(const KellerPathPrinter *printer, const KellerPathRow *ro
                                               "arrival_azimuth_deg"};
     for (int i = 0; i < 4; ++i) {
         printf(", \"%s\": ", angle_names[i]);
-        put_json_number(angles[i] * degrees);
+        keller_put_json_number(angles[i] * degrees);
     }
     putchar('}');
 }
@@ -167,7 +128,7 @@ void keller_path_print(KellerPathPrinter *printer, const KellerPathRow *row)
 {
     char sequence[KELLER_SEQUENCE_SIZE], rx[300];
     keller_path_sequence(row, sequence);
-    receiver_name(printer->info, row->rx, rx, sizeof rx);
+    keller_receiver_of(printer->info, row->rx, rx, sizeof rx);
     switch (printer->format) {
     case KELLER_PATHS_TABLE: print_table(printer->info, row, rx, sequence); break;
     case KELLER_PATHS_CSV: print_csv(printer->info, row, rx, sequence); break;

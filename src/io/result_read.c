@@ -132,6 +132,14 @@ static KellerStatus whole(KellerReader *reader, const char *path, KellerCell cel
     return status == KELLER_OK ? keller_reader_rows(reader, path, cell, width, 0, rows, data, error) : status;
 }
 
+KellerStatus keller_reader_row_count(KellerReader *reader, const char *path, uint64_t *rows, KellerError *error)
+{
+    KellerHdfQuiet quiet = keller_hdf_quiet();
+    KellerStatus status = row_count(reader, path, rows, error);
+    keller_hdf_loud(quiet);
+    return status;
+}
+
 static KellerStatus read_stations(KellerReader *reader, KellerError *error)
 {
     KellerResultInfo *info = &reader->info;

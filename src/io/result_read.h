@@ -53,6 +53,8 @@ KellerStatus keller_reader_box(KellerReader *reader, const char *path, KellerCel
 /* Rows first .. first + count - 1 with all `width` cells each (1 for a column of single cells). */
 KellerStatus keller_reader_rows(KellerReader *reader, const char *path, KellerCell cell, uint64_t width, uint64_t first,
                                 uint64_t count, void *data, KellerError *error);
+/* The first dimension of a dataset that has one. */
+KellerStatus keller_reader_row_count(KellerReader *reader, const char *path, uint64_t *rows, KellerError *error);
 bool keller_reader_has(KellerReader *reader, const char *path);
 
 /* Calls visit for every entry of /statistics, in order of name: a number with its unit, or a text (unit NULL). */
