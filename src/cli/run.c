@@ -182,7 +182,9 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
 static void print_reused(const char *file, const Measured *m)
 {
     keller_row("reused", "%llu paths of %s; nothing was searched", (unsigned long long)m->reused, file);
-    if (m->dropped.paths > 0)
+    if (m->dropped.paths > 0 && !(m->dropped.ratio > 0))
+        keller_row("missing", "%.0f that it had dropped as they had no field there; what they are here is not known", m->dropped.paths);
+    else if (m->dropped.paths > 0)
         keller_row("missing", "%.0f that it had dropped as too weak: there of a pair together %.1f dB against its strongest, at most; "
                    "what they are here is not known", m->dropped.paths, dropped_bound(m->dropped.ratio));
 }

@@ -31,6 +31,8 @@ static const KellerFace *mirror(const Bends *b, const KellerPath *path, uint32_t
     return &b->scene->faces[path->step[b->step[bend]].id];
 }
 
+static KellerVec3 turned(KellerVec3 v, bool around) { return around ? v3_scale(v, -1) : v; }
+
 /* The directions of all legs between bends, leg[count] the last, and the path's length. */
 static double legs_between(const Bends *b, const KellerPath *path, KellerVec3 tx, KellerVec3 rx, KellerVec3 *leg)
 {
@@ -40,6 +42,7 @@ static double legs_between(const Bends *b, const KellerPath *path, KellerVec3 tx
     KellerVec3 along = v3_sub(node, image);
     double length = v3_norm(along), total = length;
     KellerVec3 direction = v3_scale(along, 1 / length);
+    const bool around = path->part[1] > path->part[0]; /* edge_paths.c comes from the receiver: zeros have other signs */
     leg[first] = direction;
     for (uint32_t i = first; i-- > 0;) leg[i] = direction = v3_mirror_direction(direction, mirror(b, path, i)->normal);
     for (uint32_t n = 0; n < b->nodes; n++) {
@@ -47,10 +50,14 @@ static double legs_between(const Bends *b, const KellerPath *path, KellerVec3 tx
         node = path->position[b->step[at]];
         image = n + 1 < b->nodes ? path->position[b->step[end]] : rx;
         for (uint32_t i = end; i-- > at + 1;) image = v3_mirror_point(image, mirror(b, path, i)->normal, mirror(b, path, i)->offset);
-        along = v3_sub(image, node);
+        along = around ? v3_sub(node, image) : v3_sub(image, node);
         length = v3_norm(along);
-        leg[at + 1] = direction = v3_scale(along, 1 / length);
-        for (uint32_t i = at + 1; i < end; i++) leg[i + 1] = direction = v3_mirror_direction(direction, mirror(b, path, i)->normal);
+        direction = v3_scale(along, 1 / length);
+        leg[at + 1] = turned(direction, around);
+        for (uint32_t i = at + 1; i < end; i++) {
+            direction = v3_mirror_direction(direction, mirror(b, path, i)->normal);
+            leg[i + 1] = turned(direction, around);
+        }
         total += length;
     }
     return total;
