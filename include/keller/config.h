@@ -21,6 +21,7 @@ typedef struct {
 
 typedef struct {
     char *id;
+    int line;                   /* of its element, for messages */
     KellerStation station;
     double power;               /* W; of sound: of all frequencies together */
     double *level;              /* sound: [frequency_count] dB re 20 uPa, free-field level at 1 m on the source's axis; radio: NULL */
@@ -49,6 +50,7 @@ typedef struct {
     KellerSurfaceName *surfaces; /* what counts as surface; none: everything */
     uint32_t nowhere;           /* cells without a surface, by keller_config_drape */
     char *file;                 /* route only: the path of its file, else NULL */
+    int line;                   /* of its element, for messages */
 } KellerReceiverSet;
 
 typedef struct {
@@ -71,6 +73,7 @@ typedef struct {
 
 typedef struct {
     char *file;                 /* path of the configuration */
+    int line;                   /* of <simulation>, for messages */
     char *text;                 /* the XML as run, variables substituted; NUL-terminated */
     char sha256[65];            /* of text, lower-case hex */
     char *scene_file;           /* resolved against the configuration's folder */

@@ -84,19 +84,49 @@ typedef struct {
     double *doppler;              /* [count][F] */
     double complex *gain;         /* [count][F] */
     double complex *transfer;     /* [count][F][2][2]; NULL for sound */
+    double *weight, *patch;       /* as in KellerPath: with part and free_end, what no interaction tells of a path */
+    double (*part)[2];
     uint8_t *interaction_kind;    /* [interaction_count] */
     KellerVec3 *interaction_position;
     uint32_t *interaction_triangle, *interaction_wedge;  /* KELLER_NONE where it does not apply */
+    uint8_t *interaction_free_end;
 } KellerPathBatch;
 
-/* Sums over the paths of one transmitter at every point of one grid; NaN where there is none (KellerReceiverSet.draped). */
+/* Angles of which there is a spread. */
+typedef enum {
+    KELLER_DEPARTURE_AZIMUTH,
+    KELLER_DEPARTURE_ZENITH,
+    KELLER_ARRIVAL_AZIMUTH,
+    KELLER_ARRIVAL_ZENITH,
+    KELLER_ANGLES               /* how many */
+} KellerAngle;
+
+/* Sums over the paths of one pair. Spreads are weighted with the power at the first frequency. */
+typedef struct {
+    uint32_t tx, rx;
+    size_t paths, frequency_count;
+    double *path_gain;            /* [F] |sum of gains|^2, and the sum of |gain|^2 of scattered paths */
+    double *path_gain_incoherent; /* [F] sum of |gain|^2 of all paths: its mean over the surroundings, roughly */
+    double delay_spread;          /* s, rms; NaN: no power arrives */
+    double strongest_delay;       /* s; NaN: no power arrives */
+    double angle_spread[KELLER_ANGLES]; /* rad, circular standard deviation; NaN: no power arrives */
+} KellerPairSums;
+
+/* sqrt(-2 ln |sum of p e^{j angle} / sum of p|) of `count` angles (rad) with powers p >= 0 (3GPP TR 38.901, A.1; the circular
+ * standard deviation of Mardia and Jupp, Directional Statistics, 2.3.1): 0 for one angle, nearly the rms deviation of angles that are
+ * near each other, infinite where they cancel. NaN without power. */
+double keller_angle_spread(size_t count, const double *angle, const double *power);
+
+/* KellerPairSums of one transmitter at every point of one grid; NaN where there is none (KellerReceiverSet.draped). */
 typedef struct {
     uint32_t tx, set;
     uint32_t ny, nx;
     size_t frequency_count;
-    double *path_gain;            /* [F][ny][nx] |sum of gains|^2, and the sum of |gain|^2 of scattered paths */
-    double *delay_spread;         /* [ny][nx] s, rms, weighted with the power at the first frequency; NaN: no path */
-    double *strongest_delay;      /* [ny][nx] s; NaN: no path */
+    double *path_gain;            /* [F][ny][nx] */
+    double *path_gain_incoherent; /* [F][ny][nx] */
+    double *delay_spread;         /* [ny][nx] */
+    double *strongest_delay;      /* [ny][nx] */
+    double *angle_spread[KELLER_ANGLES]; /* [ny][nx] each */
     double *level;                /* sound: [F][ny][nx] dB re 20 uPa, of the band or tone; -infinity: no path. Radio: NULL */
     double *level_a;              /* sound: [ny][nx] dB, A-weighted, of all frequencies together */
 } KellerCoverage;
@@ -121,7 +151,18 @@ typedef struct {
     void (*progress)(void *context, double fraction);   /* in [0, 1]; may be NULL; called now and then */
     /* sound with config->response_rate > 0: of each pair whose receiver is not of a grid; may be NULL */
     KellerStatus (*response)(void *context, const KellerResponse *response, KellerError *error);
+    /* of each pair whose receiver is not of a grid, in order; may be NULL */
+    KellerStatus (*pair)(void *context, const KellerPairSums *sums, KellerError *error);
 } KellerSink;
+
+/* Where a simulation gets the geometry of its paths from, instead of searching it. pair() is called once for each pair, in order of
+ * transmitter, then receiver, from one thread, and calls found(found_context, path) for each path of the pair, with all of it but the
+ * legs' directions. A status other than KELLER_OK ends the simulation with it; so does a `found` that returns false, as KELLER_FAILED. */
+typedef struct {
+    void *context;
+    const char *name;             /* for messages */
+    KellerStatus (*pair)(void *context, uint32_t tx, uint32_t rx, KellerPathFound found, void *found_context, KellerError *error);
+} KellerPathSource;
 
 /* Checks what this build can do against what the configuration asks for (domain, orders, frequencies in the materials'
  * ranges), without simulating. */
@@ -130,4 +171,10 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
 /* Finds all paths and hands them to the sink. A receiver whose z is NaN has none. */
 KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
                              const KellerSink *sink, KellerSimulationWork *work, KellerError *error);
+
+/* The same with paths that an earlier simulation found in this scene: their legs are solved from their points and sequences, and all
+ * fields, sums and what is dropped are computed afresh, bit for bit as keller_simulate does. KELLER_BAD_INPUT: a path's points do not
+ * fit its sequence in this scene. */
+KellerStatus keller_simulate_known(const KellerConfig *config, const KellerScene *scene, const KellerPathSource *source,
+                                   const KellerSink *sink, KellerSimulationWork *work, KellerError *error);
 #endif

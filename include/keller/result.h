@@ -15,7 +15,8 @@ typedef struct KellerResult KellerResult;
 KellerStatus keller_result_check_target(const char *file, bool force, KellerError *error);
 
 /* Starts a result under a temporary name beside `file` and writes everything that is known before the simulation
- * (attributes, config, frequencies, stations, sets, materials with their constants, scene if config->output_scene).
+ * (attributes, config, frequencies, stations, sets, materials with their constants, scene if config->output_scene, what
+ * decides which paths there are).
  * config and scene must outlive the result. */
 KellerStatus keller_result_create(const char *file, bool force, const KellerConfig *config, const KellerScene *scene,
                                   const char *command_line, KellerResult **result, KellerError *error);
@@ -23,6 +24,8 @@ KellerStatus keller_result_create(const char *file, bool force, const KellerConf
 KellerStatus keller_result_append(KellerResult *result, const KellerPathBatch *batch, KellerError *error);
 /* Writes the maps of one transmitter on one grid. */
 KellerStatus keller_result_coverage(KellerResult *result, const KellerCoverage *coverage, KellerError *error);
+/* Appends the sums of one pair whose receiver is not of a grid. */
+KellerStatus keller_result_pair(KellerResult *result, const KellerPairSums *sums, KellerError *error);
 /* Appends an impulse response of config->response_duration, and its room acoustical parameters. */
 KellerStatus keller_result_response(KellerResult *result, const KellerResponse *response, KellerError *error);
 /* Writes one value under /statistics. `unit` may be "1". */

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <sys/resource.h>
 #include "keller/config.h"
 #include "keller/error.h"
@@ -110,6 +111,11 @@ void keller_row_of_texts(const char *name, char *const *texts, uint64_t count, u
 const char *keller_si(double value, const char *unit, char text[32]);
 /* Prints text with control characters replaced, so that a file cannot steer the terminal. */
 void keller_put_text(const char *text);
+/* Prints text as a string of JSON, what is not UTF-8 replaced, and as a field of CSV. */
+void keller_put_json(FILE *out, const char *text);
+void keller_put_csv(FILE *out, const char *text);
+/* JSON knows no infinities: null. */
+void keller_put_json_number(FILE *out, double value);
 /* 20 log10 |amplitude|; -inf for 0. */
 double keller_decibel(double amplitude);
 

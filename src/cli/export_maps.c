@@ -1,14 +1,17 @@
 #include "cli/export_maps.h"
 
 #include <stdlib.h>
-#include "cli/path_print.h"
+#include "cli/cli.h"
 
-enum { GAIN, SPREAD, STRONGEST, LEVEL, KINDS };
+enum { GAIN, POWERS, SPREAD, STRONGEST, DEPARTURE_AZIMUTH, DEPARTURE_ZENITH, ARRIVAL_AZIMUTH, ARRIVAL_ZENITH, LEVEL, KINDS };
 static const struct {
     const char *dataset, *json;
     bool each_frequency;
-} kinds[KINDS] = {{"path_gain", "path_gain", true}, {"delay_spread", "delay_spread_s", false},
-                  {"strongest_delay", "strongest_delay_s", false}, {"level", "level_dB", true}};
+} kinds[KINDS] = {{"path_gain", "path_gain", true}, {"path_gain_incoherent", "path_gain_incoherent", true},
+                  {"delay_spread", "delay_spread_s", false}, {"strongest_delay", "strongest_delay_s", false},
+                  {"departure_azimuth_spread", "departure_azimuth_spread_rad", false}, {"departure_zenith_spread", "departure_zenith_spread_rad", false},
+                  {"arrival_azimuth_spread", "arrival_azimuth_spread_rad", false}, {"arrival_zenith_spread", "arrival_zenith_spread_rad", false},
+                  {"level", "level_dB", true}};
 
 typedef struct {
     KellerReader *reader;
@@ -76,8 +79,12 @@ static KellerStatus map_read(Map *m, int kind, size_t tx, size_t frequency, Kell
 
 static KellerStatus write_csv(Map *m, FILE *out, KellerError *error)
 {
-    fputs("tx,frequency/Hz,x/m,y/m,z/m,path_gain,delay_spread/s,strongest_delay/s", out);
-    fputs(m->cells[LEVEL] ? ",level/dB\n" : "\n", out);
+    static const char *const names[KINDS] = {"path_gain", "path_gain_incoherent", "delay_spread/s", "strongest_delay/s", "departure_azimuth_spread/rad",
+                                             "departure_zenith_spread/rad", "arrival_azimuth_spread/rad", "arrival_zenith_spread/rad", "level/dB"};
+    fputs("tx,frequency/Hz,x/m,y/m,z/m", out);
+    for (int k = 0; k < KINDS; ++k)
+        if (m->cells[k]) fprintf(out, ",%s", names[k]);
+    fputc('\n', out);
     KellerStatus status = KELLER_OK;
     for (uint64_t t = 0; t < m->info->transmitter_count; ++t)
         for (uint64_t f = 0; f < m->info->frequency_count; ++f) {
@@ -229,6 +236,7 @@ static void write_xdmf(KellerReader *reader, const char *link, FILE *out)
         fprintf(out, "\" GridType=\"Uniform\">\n<Topology TopologyType=\"3DSMesh\" Dimensions=\"1 %zu %zu\"/>\n", m.ny, m.nx);
         put_places(info, s, link, out);
         put_attributes(&m, GAIN, link, out);
+        put_attributes(&m, POWERS, link, out);
         if (has(&m, LEVEL)) put_attributes(&m, LEVEL, link, out);
         fputs("</Grid>\n", out);
     }

@@ -25,10 +25,13 @@ static const char general[] =
     "Exit status: 0 done, 1 the run failed, 2 wrong usage, 3 bad input, 4 input or output failed.\n";
 
 static const Help verbs[] = {
-    {"run", "keller run CONFIG.xml [-o OUT.h5] [-j THREADS] [-D NAME=VALUE]... [--force] [-q | -v]",
+    {"run", "keller run CONFIG.xml [-o OUT.h5] [-j THREADS] [-D NAME=VALUE]... [--reuse RESULT.h5] [--force] [-q | -v]",
      "  -o, --output OUT.h5    the result; default: the configuration's base name with .h5, in the current folder\n"
      "  -j, --threads THREADS  threads (0: all processors); default: what the configuration says\n"
      "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"
+     "      --reuse RESULT.h5  search nothing: take the paths of this result, and compute fields anew for the configuration's\n"
+     "                         frequencies, materials, antennas, powers, velocities, air or medium. Scene, positions and orders\n"
+     "                         must be those of the result; what it had dropped as too weak is missing, and said so\n"
      "      --force            replace an existing result, but never an input of the run\n"
      "      --resume           not in this version\n"
      "  -q, --quiet            no progress\n"
@@ -40,7 +43,7 @@ static const Help verbs[] = {
      "FILE is a result (HDF5), a configuration (XML whose root is <simulation>), or a scene (.obj .ply .stl .off, or\n"
      "Mitsuba XML).\n"
      "  -D NAME=VALUE          put VALUE for $NAME in the configuration\n"},
-    {"paths", "keller paths RESULT.h5 [--tx ID] [--rx ID] [--strongest N] [--format table|csv|json]",
+    {"paths", "keller paths RESULT.h5 [--tx ID] [--rx ID] [--strongest N | --pairs] [--format table|csv|json]",
      "Lists paths: transmitter, receiver, sequence, length, delay, gain and phase at each frequency, angles of "
      "departure\n"
      "and arrival, Doppler shift. A sequence such as R12 D7 names the triangle of each reflection (R) or transmission "
@@ -49,20 +52,27 @@ static const Help verbs[] = {
      "  --tx ID                only from this transmitter\n"
      "  --rx ID                only to this receiver (\"walk[3]\": a point of a set), or to all receivers of this set\n"
      "  --strongest N          the N strongest of each pair at the first frequency, strongest first\n"
+     "  --pairs                not paths but pairs, those with receivers of grids left out: path gain as the sum of fields and as\n"
+     "                         that of powers, delay of the strongest path, delay spread, azimuth and zenith spread of departure\n"
+     "                         (ASD, ZSD) and of arrival (ASA, ZSA)\n"
      "  --format FORMAT        table (default), csv or json\n"},
     {"plot",
-     "keller plot RESULT.h5 [--what coverage|delay|level|paths] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
+     "keller plot RESULT.h5 [--what WHAT] [--sum coherent|incoherent] [--tx ID] [--rx ID] [--grid ID] [--frequency N]\n"
      "                   -o FILE.png|FILE.svg [--force]",
      "Draws a picture with gnuplot, over the outlines of the scene where the result holds it.\n"
      "  --what coverage        path gain over a grid (default)\n"
      "  --what delay           delay of the strongest path over a grid\n"
+     "  --what delay-spread    rms delay spread over a grid\n"
+     "  --what departure-azimuth-spread|departure-zenith-spread|arrival-azimuth-spread|arrival-zenith-spread\n"
+     "                         angular spread over a grid\n"
      "  --what level           sound level over a grid, all transmitters together unless --tx says otherwise, A-weighted and all\n"
      "                         bands together unless --frequency says otherwise\n"
      "  --what paths           the paths of a transmitter seen from above: those within 60 dB of the strongest\n"
+     "  --sum SUM              of coverage: coherent, |sum of fields|^2 (default), or incoherent, the sum of powers\n"
      "  --tx ID                the transmitter; default: the first\n"
-     "  --rx ID                coverage, delay: the same as --grid; paths: only to this receiver or set\n"
+     "  --rx ID                maps: the same as --grid; paths: only to this receiver or set\n"
      "  --grid ID              the grid (--set ID does the same); default: the first\n"
-     "  --frequency N          which frequency, counted from 1 (default); not for delay, a map of the first frequency\n"
+     "  --frequency N          which frequency, counted from 1 (default); not for delays and spreads, maps of the first frequency\n"
      "  -o, --output FILE      the picture; .png or .svg says which kind\n"
      "      --force            replace an existing picture\n"},
     {"export", "keller export RESULT.h5 [--grid ID] -o FILE.csv|FILE.json|FILE.xdmf [--force]\n"

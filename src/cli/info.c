@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "cli/cli.h"
-#include "io/result_read.h"
+#include "cli/pair_print.h"
+#include "io/pair_rows.h"
 
 /* ---- a result ---------------------------------------------------------------------------------------------------- */
 
@@ -17,6 +18,30 @@ static void print_statistic(void *context, const char *name, double value, const
     else if (strcmp(unit, "1") == 0) printf("%.15g", value);
     else printf("%.6g ", value), keller_put_text(unit);
     putchar('\n');
+}
+
+static KellerStatus print_pair(void *context, const KellerPairSums *sums, KellerError *error)
+{
+    (void)error;
+    printf("  ");
+    keller_pair_print(context, sums);
+    return KELLER_OK;
+}
+
+/* The first pairs; results of earlier programs have none. */
+static KellerStatus print_pairs(KellerReader *reader, const char *file, KellerError *error)
+{
+    enum { SHOWN = 8 };
+    KellerPathPrinter printer;
+    uint64_t count = 0;
+    if (!keller_reader_has(reader, "/pairs/tx")) return KELLER_OK;
+    KellerStatus status = keller_pair_count(reader, file, &count, error);
+    if (status != KELLER_OK || count == 0) return status;
+    printf("pairs\n  ");
+    keller_pair_print_start(&printer, keller_reader_info(reader), KELLER_PATHS_TABLE);
+    status = keller_each_pair(reader, file, SHOWN, print_pair, &printer, error);
+    if (status == KELLER_OK && count > SHOWN) printf("  and %llu more: keller paths --pairs\n", (unsigned long long)(count - SHOWN));
+    return status;
 }
 
 static KellerStatus result_info(void *context, KellerError *error)
@@ -64,8 +89,11 @@ static KellerStatus result_info(void *context, KellerError *error)
     else keller_row("scene", "not stored, or empty");
     keller_row("paths", "%llu with %llu interactions", (unsigned long long)info->paths,
                (unsigned long long)info->interactions);
-    printf("statistics\n");
-    status = keller_reader_statistics(reader, print_statistic, NULL, error);
+    status = print_pairs(reader, file, error);
+    if (status == KELLER_OK) {
+        printf("statistics\n");
+        status = keller_reader_statistics(reader, print_statistic, NULL, error);
+    }
     keller_reader_close(reader);
     return status;
 }

@@ -9,62 +9,34 @@
 
 static const double degrees = 180 / M_PI;
 
-/* ---- texts ------------------------------------------------------------------------------------------------------- */
-
-/* Length of the UTF-8 character at text, 0 if it is not one. */
-static size_t character(const unsigned char *text)
-{
-    size_t length = text[0] < 0x80 ? 1 : text[0] >= 0xc2 && text[0] < 0xe0 ? 2 : text[0] >= 0xe0 && text[0] < 0xf0 ? 3
-                    : text[0] >= 0xf0 && text[0] < 0xf5 ? 4 : 0;
-    for (size_t i = 1; i < length; ++i)
-        if ((text[i] & 0xc0) != 0x80) return 0;
-    /* overlong forms, surrogates, beyond U+10FFFF */
-    if ((text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xed && text[1] > 0x9f) ||
-        (text[0] == 0xf0 && text[1] < 0x90) || (text[0] == 0xf4 && text[1] > 0x8f)) return 0;
-    return length;
-}
-
-void keller_put_json(FILE *out, const char *text)
-{
-    fputc('"', out);
-    for (const unsigned char *c = (const unsigned char *)text; *c;) {
-        size_t length = character(c);
-        if (length == 0) fputs("\\ufffd", out);
-        else if (*c == '"' || *c == '\\') fprintf(out, "\\%c", *c);
-        else if (*c < 32) fprintf(out, "\\u%04x", *c);
-        else fwrite(c, 1, length, out);
-        c += length ? length : 1;
-    }
-    fputc('"', out);
-}
-
-void keller_put_csv(FILE *out, const char *text)
-{
-    if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, out);
-        return;
-    }
-    fputc('"', out);
-    for (; *text; ++text) {
-        if (*text == '"') fputc('"', out);
-        fputc(*text, out);
-    }
-    fputc('"', out);
-}
-
-void keller_put_json_number(FILE *out, double value)
-{
-    if (isfinite(value)) fprintf(out, "%.17g", value);
-    else fputs("null", out);
-}
-
-static void receiver_name(const KellerResultInfo *info, uint32_t rx, char *name, size_t size)
+void keller_receiver_of(const KellerResultInfo *info, uint32_t rx, char *name, size_t size)
 {
     uint32_t set = info->receiver_sets[rx];
     keller_receiver_name(info->set_ids[set], info->set_kinds[set], info->receiver_indices[rx], name, size);
 }
 
-static bool is_sound(const KellerResultInfo *info) { return strcmp(info->domain, "acoustic") == 0; }
+bool keller_is_sound(const KellerResultInfo *info) { return strcmp(info->domain, "acoustic") == 0; }
+
+void keller_put_ids(const char *tx, const char *rx)
+{
+    /* Padding counts bytes; ids beyond ASCII shift their row, no more. */
+    const char *const names[] = {tx, rx};
+    for (int i = 0; i < 2; ++i) {
+        keller_put_text(names[i]);
+        int width = i ? 14 : 10, length = (int)strlen(names[i]);
+        printf("%*s ", length < width ? width - length : 0, "");
+    }
+}
+
+void keller_put_json_frequencies(const KellerResultInfo *info)
+{
+    fputs("{\"frequencies_Hz\": [", stdout);
+    for (uint64_t f = 0; f < info->frequency_count; ++f) {
+        if (f) fputs(", ", stdout);
+        keller_put_json_number(stdout, info->frequencies[f]);
+    }
+    putchar(']');
+}
 
 /* ---- formats ----------------------------------------------------------------------------------------------------- */
 
@@ -74,7 +46,7 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
     char number[32];
     switch (format) {
     case KELLER_PATHS_TABLE:
-        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", is_sound(info) ? "delay/ms" : "delay/ns");
+        printf("%-10s %-14s %10s %12s", "tx", "rx", "length/m", keller_is_sound(info) ? "delay/ms" : "delay/ns");
         for (uint64_t f = 0; f < info->frequency_count; ++f) {
             char head[48];
             snprintf(head, sizeof head, "dB@%s", keller_si(info->frequencies[f], "Hz", number));
@@ -91,26 +63,16 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
         puts(",departure_zenith_deg,departure_azimuth_deg,arrival_zenith_deg,arrival_azimuth_deg");
         break;
     case KELLER_PATHS_JSON:
-        fputs("{\"frequencies_Hz\": [", stdout);
-        for (uint64_t f = 0; f < info->frequency_count; ++f) {
-            if (f) fputs(", ", stdout);
-            keller_put_json_number(stdout, info->frequencies[f]);
-        }
-        fputs("], \"paths\": [", stdout);
+        keller_put_json_frequencies(info);
+        fputs(", \"paths\": [", stdout);
         break;
     }
 }
 
 static void print_table(const KellerResultInfo *info, const KellerPathRow *row, const char *rx, const char *sequence)
 {
-    /* Padding counts bytes; ids beyond ASCII shift their row, no more. */
-    const char *const names[] = {info->transmitter_ids[row->tx], rx};
-    for (int i = 0; i < 2; ++i) {
-        keller_put_text(names[i]);
-        int width = i ? 14 : 10, length = (int)strlen(names[i]);
-        printf("%*s ", length < width ? width - length : 0, "");
-    }
-    printf("%10.3f %12.4f", row->length, row->delay * (is_sound(info) ? 1e3 : 1e9));
+    keller_put_ids(info->transmitter_ids[row->tx], rx);
+    printf("%10.3f %12.4f", row->length, row->delay * (keller_is_sound(info) ? 1e3 : 1e9));
     for (uint64_t f = 0; f < info->frequency_count; ++f)
         printf(" %13.2f %9.2f %9.2f", keller_decibel(cabs(row->gain[f])), carg(row->gain[f]) * degrees,
                row->doppler[f]);
@@ -166,7 +128,7 @@ void keller_path_print(KellerPathPrinter *printer, const KellerPathRow *row)
 {
     char sequence[KELLER_SEQUENCE_SIZE], rx[300];
     keller_path_sequence(row, sequence);
-    receiver_name(printer->info, row->rx, rx, sizeof rx);
+    keller_receiver_of(printer->info, row->rx, rx, sizeof rx);
     switch (printer->format) {
     case KELLER_PATHS_TABLE: print_table(printer->info, row, rx, sequence); break;
     case KELLER_PATHS_CSV: print_csv(printer->info, row, rx, sequence); break;

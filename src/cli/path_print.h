@@ -16,6 +16,16 @@ void keller_path_print_start(KellerPathPrinter *printer, const KellerResultInfo 
 void keller_path_print(KellerPathPrinter *printer, const KellerPathRow *row);
 void keller_path_print_end(KellerPathPrinter *printer);
 
+/* ---- for other tables of a result ---- */
+
+bool keller_is_sound(const KellerResultInfo *info);
+/* "walk[3]" */
+void keller_receiver_of(const KellerResultInfo *info, uint32_t rx, char *name, size_t size);
+/* The first two columns of a table. */
+void keller_put_ids(const char *tx, const char *rx);
+/* The beginning of a JSON text: {"frequencies_Hz": [...] */
+void keller_put_json_frequencies(const KellerResultInfo *info);
+
 /* The transmitter with this id. KELLER_USAGE if there is none, naming those there are. */
 KellerStatus keller_find_transmitter(const KellerResultInfo *info, const char *file, const char *id, size_t *tx,
                                      KellerError *error);
@@ -23,8 +33,4 @@ KellerStatus keller_find_transmitter(const KellerResultInfo *info, const char *f
  * none. */
 KellerStatus keller_find_receiver(const KellerResultInfo *info, const char *file, const char *id, size_t *set,
                                   int64_t *index, KellerError *error);
-/* A text in quotes, what is not UTF-8 replaced; as a field of CSV, quoted if need be; a number, null where it is not finite. */
-void keller_put_json(FILE *out, const char *text);
-void keller_put_csv(FILE *out, const char *text);
-void keller_put_json_number(FILE *out, double value);
 #endif

@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 #include "cli/cli.h"
-#include "cli/path_print.h"
+#include "cli/pair_print.h"
+#include "io/pair_rows.h"
 #include "io/path_rows.h"
 
 typedef struct {
@@ -11,6 +12,7 @@ typedef struct {
     const char *tx, *rx;
     uint32_t strongest;         /* 0: all */
     KellerPathFormat format;
+    bool pairs;
 } Options;
 
 /* One of the strongest paths of the present pair; owns the row's arrays. */
@@ -34,9 +36,9 @@ typedef struct {
 
 static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
 {
-    enum { TX, RX, STRONGEST, FORMAT };
+    enum { TX, RX, STRONGEST, FORMAT, PAIRS };
     static const KellerOption options[] = {{"tx", 0, true}, {"rx", 0, true}, {"strongest", 0, true},
-                                           {"format", 0, true}, {0}};
+                                           {"format", 0, true}, {"pairs", 0, false}, {0}};
     KellerArguments arguments = {.verb = "paths", .argc = argc, .argv = argv};
     const char *value;
     for (;;) {
@@ -53,12 +55,15 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
             else if (strcmp(value, "json") == 0) o->format = KELLER_PATHS_JSON;
             else return keller_usage(error, "paths", "--format is \"%.60s\"; expected table, csv or json", value);
             break;
+        case PAIRS: o->pairs = true; break;
         case KELLER_ARGUMENT_OPERAND:
             if (o->file) return keller_usage(error, "paths", "\"%s\" is one result too many", value);
             o->file = argv[arguments.next - 1];
             break;
         case KELLER_ARGUMENT_END:
-            return o->file ? KELLER_OK : keller_usage(error, "paths", "a result file is expected");
+            if (!o->file) return keller_usage(error, "paths", "a result file is expected");
+            if (o->pairs && o->strongest > 0) return keller_usage(error, "paths", "--pairs and --strongest exclude each other");
+            return KELLER_OK;
         default: return KELLER_USAGE;
         }
         if (status != KELLER_OK) return status;
@@ -107,12 +112,24 @@ static KellerStatus keep(Listing *l, const KellerPathRow *row, KellerError *erro
     return KELLER_OK;
 }
 
+static bool selected(const Listing *l, uint32_t tx, uint32_t rx)
+{
+    return (l->tx == SIZE_MAX || tx == l->tx) && (l->set == SIZE_MAX || l->info->receiver_sets[rx] == l->set) &&
+           (l->index < 0 || l->info->receiver_indices[rx] == l->index);
+}
+
+static KellerStatus take_pair(void *context, const KellerPairSums *sums, KellerError *error)
+{
+    Listing *l = context;
+    (void)error;
+    if (selected(l, sums->tx, sums->rx)) keller_pair_print(&l->printer, sums);
+    return KELLER_OK;
+}
+
 static KellerStatus take_path(void *context, const KellerPathRow *row, KellerError *error)
 {
     Listing *l = context;
-    if (l->tx != SIZE_MAX && row->tx != l->tx) return KELLER_OK;
-    if (l->set != SIZE_MAX && l->info->receiver_sets[row->rx] != l->set) return KELLER_OK;
-    if (l->index >= 0 && l->info->receiver_indices[row->rx] != l->index) return KELLER_OK;
+    if (!selected(l, row->tx, row->rx)) return KELLER_OK;
     if (l->options->strongest == 0) {
         keller_path_print(&l->printer, row);
         return KELLER_OK;
@@ -143,7 +160,15 @@ static KellerStatus list(void *context, KellerError *error)
     if (status != KELLER_OK) return status;
     Listing l = {.options = o, .info = keller_reader_info(reader)};
     status = select_pairs(&l, error);
-    if (status == KELLER_OK) {
+    uint64_t count;
+    if (status == KELLER_OK && o->pairs) {
+        status = keller_pair_count(reader, o->file, &count, error);
+        if (status == KELLER_OK) {
+            keller_pair_print_start(&l.printer, l.info, o->format);
+            status = keller_each_pair(reader, o->file, count, take_pair, &l, error);
+            keller_pair_print_end(&l.printer);
+        }
+    } else if (status == KELLER_OK) {
         keller_path_print_start(&l.printer, l.info, o->format);
         status = keller_each_path(reader, o->file, take_path, &l, error);
         print_kept(&l);

@@ -12,13 +12,43 @@ typedef struct {
     const char *tx, *rx, *grid, *output;
     uint32_t frequency;         /* from 1; 0: not given */
     KellerPlotKind kind;
-    bool force, svg;
+    KellerAngle angle;
+    bool force, svg, sum, incoherent;
 } Options;
+
+static KellerStatus parse_what(const char *value, Options *o, KellerError *error)
+{
+    static const struct { const char *name; KellerPlotKind kind; KellerAngle angle; } kinds[] = {
+        {"coverage", KELLER_PLOT_COVERAGE, 0}, {"delay", KELLER_PLOT_DELAY, 0}, {"delay-spread", KELLER_PLOT_DELAY_SPREAD, 0},
+        {"level", KELLER_PLOT_LEVEL, 0}, {"paths", KELLER_PLOT_PATHS, 0},
+        {"departure-azimuth-spread", KELLER_PLOT_ANGLE_SPREAD, KELLER_DEPARTURE_AZIMUTH},
+        {"departure-zenith-spread", KELLER_PLOT_ANGLE_SPREAD, KELLER_DEPARTURE_ZENITH},
+        {"arrival-azimuth-spread", KELLER_PLOT_ANGLE_SPREAD, KELLER_ARRIVAL_AZIMUTH},
+        {"arrival-zenith-spread", KELLER_PLOT_ANGLE_SPREAD, KELLER_ARRIVAL_ZENITH}};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; ++i) {
+        if (strcmp(value, kinds[i].name) != 0) continue;
+        o->kind = kinds[i].kind;
+        o->angle = kinds[i].angle;
+        return KELLER_OK;
+    }
+    return keller_usage(error, "plot", "--what is \"%.60s\"; expected coverage, delay, delay-spread, level, paths, or "
+                        "departure-azimuth-spread, departure-zenith-spread, arrival-azimuth-spread, arrival-zenith-spread", value);
+}
+
+/* Options that say nothing about what is drawn. */
+static KellerStatus refuse_useless(const Options *o, KellerError *error)
+{
+    bool of_first = o->kind == KELLER_PLOT_DELAY || o->kind == KELLER_PLOT_DELAY_SPREAD || o->kind == KELLER_PLOT_ANGLE_SPREAD;
+    if (of_first && o->frequency > 0)
+        return keller_usage(error, "plot", "--frequency: maps of delays and of spreads are those of the first frequency only");
+    if (o->sum && o->kind != KELLER_PLOT_COVERAGE) return keller_usage(error, "plot", "--sum is for --what coverage");
+    return KELLER_OK;
+}
 
 static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
 {
-    enum { WHAT, TX, RX, GRID, SET, FREQUENCY, OUTPUT, FORCE };
-    static const KellerOption options[] = {{"what", 0, true}, {"tx", 0, true}, {"rx", 0, true}, {"grid", 0, true},
+    enum { WHAT, SUM, TX, RX, GRID, SET, FREQUENCY, OUTPUT, FORCE };
+    static const KellerOption options[] = {{"what", 0, true}, {"sum", 0, true}, {"tx", 0, true}, {"rx", 0, true}, {"grid", 0, true},
                                            {"set", 0, true}, {"frequency", 0, true}, {"output", 'o', true},
                                            {"force", 0, false}, {0}};
     KellerArguments arguments = {.verb = "plot", .argc = argc, .argv = argv};
@@ -27,11 +57,13 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
         KellerStatus status = KELLER_OK;
         switch (keller_next_argument(&arguments, options, &value, error)) {
         case WHAT:
-            if (strcmp(value, "coverage") == 0) o->kind = KELLER_PLOT_COVERAGE;
-            else if (strcmp(value, "delay") == 0) o->kind = KELLER_PLOT_DELAY;
-            else if (strcmp(value, "level") == 0) o->kind = KELLER_PLOT_LEVEL;
-            else if (strcmp(value, "paths") == 0) o->kind = KELLER_PLOT_PATHS;
-            else return keller_usage(error, "plot", "--what is \"%.60s\"; expected coverage, delay, level or paths", value);
+            status = parse_what(value, o, error);
+            break;
+        case SUM:
+            o->sum = true;
+            o->incoherent = strcmp(value, "incoherent") == 0;
+            if (!o->incoherent && strcmp(value, "coherent") != 0)
+                status = keller_usage(error, "plot", "--sum is \"%.60s\"; expected coherent or incoherent", value);
             break;
         case TX: o->tx = value; break;
         case RX: o->rx = value; break;
@@ -49,8 +81,7 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
         case KELLER_ARGUMENT_END: {
             if (!o->file) return keller_usage(error, "plot", "a result file is expected");
             if (!o->output) return keller_usage(error, "plot", "-o FILE.png or -o FILE.svg is expected");
-            if (o->kind == KELLER_PLOT_DELAY && o->frequency > 0)
-                return keller_usage(error, "plot", "--frequency: the delay map is that of the first frequency only");
+            if (refuse_useless(o, error) != KELLER_OK) return KELLER_USAGE;
             if (o->frequency == 0 && o->kind != KELLER_PLOT_LEVEL) o->frequency = 1;
             const char *dot = strrchr(o->output, '.');
             o->svg = dot && strcmp(dot, ".svg") == 0;
@@ -78,7 +109,7 @@ static KellerStatus find_grid(const KellerResultInfo *info, const Options *o, si
 
 static KellerStatus choose(const KellerResultInfo *info, const Options *o, KellerPlot *plot, KellerError *error)
 {
-    *plot = (KellerPlot){.file = o->file, .kind = o->kind, .svg = o->svg, .set = SIZE_MAX, .index = -1,
+    *plot = (KellerPlot){.file = o->file, .kind = o->kind, .incoherent = o->incoherent, .angle = o->angle, .svg = o->svg, .set = SIZE_MAX, .index = -1,
                          .frequency = o->frequency ? o->frequency - 1 : SIZE_MAX, .all = o->kind == KELLER_PLOT_LEVEL && !o->tx};
     if (info->transmitter_count == 0)
         return keller_error(error, KELLER_BAD_INPUT, "%s: holds no transmitter", o->file);

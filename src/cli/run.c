@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include "base/progress.h"
 #include "cli/cli.h"
+#include "cli/reuse.h"
 #include "cli/summary.h"
 #include "io/result_write.h"
 #include "keller/accel.h"
@@ -12,6 +13,7 @@
 
 typedef struct {
     const char *config, *output;
+    const char *reuse;          /* a result whose paths are known; NULL: they are searched */
     bool force, quiet, verbose, has_threads;
     uint32_t threads;
     KellerVariables variables;
@@ -29,10 +31,10 @@ typedef struct {
 
 static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
 {
-    enum { OUTPUT, THREADS, DEFINE, RESUME, FORCE, QUIET, VERBOSE };
+    enum { OUTPUT, THREADS, DEFINE, REUSE, RESUME, FORCE, QUIET, VERBOSE };
     static const KellerOption options[] = {{"output", 'o', true}, {"threads", 'j', true}, {NULL, 'D', true},
-                                           {"resume", 0, false},  {"force", 0, false},    {"quiet", 'q', false},
-                                           {"verbose", 'v', false}, {0}};
+                                           {"reuse", 0, true},    {"resume", 0, false},   {"force", 0, false},
+                                           {"quiet", 'q', false}, {"verbose", 'v', false}, {0}};
     KellerArguments arguments = {.verb = "run", .argc = argc, .argv = argv};
     const char *value;
     for (;;) {
@@ -44,6 +46,7 @@ static KellerStatus parse(int argc, char **argv, Options *o, KellerError *error)
             status = keller_whole_number("run", "-j", value, 0, 4096, &o->threads, error);
             break;
         case DEFINE: status = keller_variables_add(&o->variables, "run", value, error); break;
+        case REUSE: o->reuse = value; break;
         case RESUME: return keller_usage(error, "run", "--resume: this version does not resume runs");
         case FORCE: o->force = true; break;
         case QUIET: o->quiet = true; break;
@@ -114,6 +117,11 @@ static KellerStatus take_map(void *context, const KellerCoverage *map, KellerErr
     return keller_result_coverage(run->result, map, error);
 }
 
+static KellerStatus take_pair(void *context, const KellerPairSums *sums, KellerError *error)
+{
+    return keller_result_pair(((Run *)context)->result, sums, error);
+}
+
 static KellerStatus take_response(void *context, const KellerResponse *response, KellerError *error)
 {
     return keller_result_response(((Run *)context)->result, response, error);
@@ -130,6 +138,8 @@ typedef struct {
     double accelerator, simulation, total;      /* s */
     const char *accelerator_name;
     KellerSimulationWork work;
+    uint64_t reused;                            /* paths of an earlier result */
+    KellerDropped dropped;                      /* by the runs that it comes from */
 } Measured;
 
 static double peak_memory(void)
@@ -139,7 +149,7 @@ static double peak_memory(void)
 }
 
 /* dB: what was dropped changes a pair's sum by at most so much against its strongest path. */
-static double dropped_bound(const Measured *m) { return 20 * log10(m->work.dropped_ratio); }
+static double dropped_bound(double ratio) { return 20 * log10(ratio); }
 
 static KellerStatus write_statistics(KellerResult *result, const KellerPrepared *p, const Measured *m,
                                      KellerError *error)
@@ -153,9 +163,11 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
         {"cones_traced", (double)m->work.cones, "1"}, {"nodes_visited", (double)m->work.nodes, "1"},
         {"triangles_visited", (double)m->work.triangles, "1"}, {"candidates", (double)m->work.candidates, "1"},
         {"valid_paths", (double)m->work.valid_paths, "1"}, {"dropped_paths", (double)m->work.dropped_paths, "1"},
-        {"dropped_bound", dropped_bound(m), "dB"}, {"boundary_paths", (double)m->work.boundary_paths, "1"},
+        {"dropped_bound", dropped_bound(m->work.dropped_ratio), "dB"}, {"boundary_paths", (double)m->work.boundary_paths, "1"},
         {"cornered_paths", (double)m->work.cornered_paths, "1"}, {"crowded_paths", (double)m->work.crowded_paths, "1"},
         {"edges_as_one", (double)strips.partly, "1"},
+        {"reused_paths", (double)m->reused, "1"}, {"reused_dropped_paths", m->dropped.paths, "1"},
+        {"reused_dropped_bound", dropped_bound(m->dropped.ratio), "dB"},
         {"complete_reflections", p->config.reflections, "1"}, {"complete_diffractions", p->config.diffractions, "1"},
         {"complete_transmissions", p->config.transmissions, "1"}, {"complete_scattering", p->config.scattering, "1"},
         {"complete_with_scattering", p->config.with_scattering, "1"},
@@ -167,18 +179,33 @@ static KellerStatus write_statistics(KellerResult *result, const KellerPrepared 
     return status;
 }
 
-static void print_statistics(const KellerPrepared *p, const Measured *m)
+/* What a run that searched nothing did instead. */
+static void print_reused(const char *file, const Measured *m)
+{
+    keller_row("reused", "%llu paths of %s; nothing was searched", (unsigned long long)m->reused, file);
+    if (m->dropped.paths > 0 && !(m->dropped.ratio > 0))
+        keller_row("missing", "%.0f that it had dropped as they had no field there; what they are here is not known", m->dropped.paths);
+    else if (m->dropped.paths > 0)
+        keller_row("missing", "%.0f that it had dropped as too weak: there of a pair together %.1f dB against its strongest, at most; "
+                   "what they are here is not known", m->dropped.paths, dropped_bound(m->dropped.ratio));
+}
+
+static void print_statistics(const KellerPrepared *p, const char *reused, const Measured *m)
 {
     printf("work\n");
-    keller_row("cones", "%llu", (unsigned long long)m->work.cones);
-    keller_row("candidates", "%llu, of which %llu are paths", (unsigned long long)m->work.candidates,
-               (unsigned long long)m->work.valid_paths);
+    if (reused) {
+        print_reused(reused, m);
+    } else {
+        keller_row("cones", "%llu", (unsigned long long)m->work.cones);
+        keller_row("candidates", "%llu, of which %llu are paths", (unsigned long long)m->work.candidates,
+                   (unsigned long long)m->work.valid_paths);
+    }
     const KellerConfig *c = &p->config;
     keller_row("complete", "to reflections %u, diffractions %u, transmissions %u, interactions %u", c->reflections,
                c->diffractions, c->transmissions, c->interactions);
     if (m->work.dropped_paths > 0)
         keller_row("dropped", "%llu as too weak: of a pair together %.1f dB against its strongest, at most",
-                   (unsigned long long)m->work.dropped_paths, dropped_bound(m));
+                   (unsigned long long)m->work.dropped_paths, dropped_bound(m->work.dropped_ratio));
     if (m->work.boundary_paths > 0)
         keller_row("too close to call", "%llu exactly on a boundary, each with its share", (unsigned long long)m->work.boundary_paths);
     if (m->work.cornered_paths > 0)
@@ -200,16 +227,18 @@ static void print_statistics(const KellerPrepared *p, const Measured *m)
 
 /* ---- the run ----------------------------------------------------------------------------------------------------- */
 
-static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, KellerInterrupt *interrupt,
+static KellerStatus simulate(const Options *o, KellerPrepared *p, KellerReuse *reuse, double start, KellerInterrupt *interrupt,
                              KellerError *error)
 {
-    Measured m = {0};
+    Measured m = {.accelerator_name = "none", .dropped = reuse->dropped};
     KellerAccel *accel = NULL;
+    KellerPathSource known = {0};
     double before = keller_seconds();
-    KellerStatus status = keller_accel_build(p->config.accelerator, &p->scene, &accel, error);
+    KellerStatus status = o->reuse ? keller_reuse_start(reuse, &p->config, &p->scene, &known, error)
+                                   : keller_accel_build(p->config.accelerator, &p->scene, &accel, error);
     if (status != KELLER_OK) return status;
     m.accelerator = keller_seconds() - before;
-    m.accelerator_name = keller_accel_name(accel);
+    if (accel) m.accelerator_name = keller_accel_name(accel);
 
     Run run = {.config = &p->config};
     keller_interrupt_hold(interrupt);
@@ -221,11 +250,13 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
     }
     status = keller_result_fill(run.result, &p->scene, o->command_line, error);
     KellerSink sink = {.context = &run, .paths = take_paths, .coverage = take_map, .progress = take_progress,
-                       .response = take_response};
+                       .response = take_response, .pair = take_pair};
     if (o->verbose) fprintf(stderr, "keller: simulating\n");
     keller_progress_start(&run.progress, o->quiet ? NULL : stderr, "keller: simulating");
     before = keller_seconds();
-    if (status == KELLER_OK) status = keller_simulate(&p->config, &p->scene, accel, &sink, &m.work, error);
+    if (status == KELLER_OK && o->reuse) status = keller_simulate_known(&p->config, &p->scene, &known, &sink, &m.work, error);
+    else if (status == KELLER_OK) status = keller_simulate(&p->config, &p->scene, accel, &sink, &m.work, error);
+    if (status == KELLER_OK && o->reuse) status = keller_known_count(reuse->known, &m.reused, error);
     m.simulation = keller_seconds() - before;
     keller_progress_stop(&run.progress);
 
@@ -243,7 +274,7 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
         keller_print_opaque(&p->config, &p->scene);
         keller_print_strips(&p->config, &p->scene);
         keller_summary_print(&run.summary, &p->config);
-        print_statistics(p, &m);
+        print_statistics(p, o->reuse, &m);
         printf("result\n");
         keller_row("file", "%s", o->output);
     }
@@ -251,9 +282,11 @@ static KellerStatus simulate(const Options *o, KellerPrepared *p, double start, 
     return status;
 }
 
-static KellerStatus refuse_inputs(const char *output, const KellerConfig *config, KellerError *error)
+static KellerStatus refuse_inputs(const Options *o, const KellerConfig *config, KellerError *error)
 {
-    KellerStatus status = keller_refuse_input(output, config->file, "the configuration of this run", error);
+    const char *output = o->output;
+    KellerStatus status = o->reuse ? keller_refuse_input(output, o->reuse, "the result that this run reuses", error) : KELLER_OK;
+    if (status == KELLER_OK) status = keller_refuse_input(output, config->file, "the configuration of this run", error);
     if (status == KELLER_OK)
         status = keller_refuse_input(output, config->scene_file, "the scene file of this run", error);
     for (size_t s = 0; s < config->set_count && status == KELLER_OK; ++s)
@@ -266,17 +299,29 @@ static KellerStatus prepare_and_simulate(const Options *o, KellerInterrupt *inte
 {
     double start = keller_seconds();
     KellerPrepared prepared;
+    KellerReuse reuse = {0};
     KellerStatus status = keller_prepare_config(o->config, &o->variables, &prepared, error);
     /* before anything slow */
-    if (status == KELLER_OK) status = refuse_inputs(o->output, &prepared.config, error);
+    if (status == KELLER_OK) status = refuse_inputs(o, &prepared.config, error);
     if (status == KELLER_OK) status = keller_result_check_target(o->output, o->force, error);
+    if (status == KELLER_OK && o->reuse) status = keller_reuse_open(o->reuse, &prepared.config, &reuse, error);
     if (status == KELLER_OK) {
         if (o->verbose) fprintf(stderr, "keller: reading %s\n", prepared.config.scene_file);
         if (o->has_threads) prepared.config.threads = o->threads;
         status = keller_prepare_scene(&prepared, error);
     }
-    if (status == KELLER_OK) status = simulate(o, &prepared, start, interrupt, error);
+    if (status == KELLER_OK) status = simulate(o, &prepared, &reuse, start, interrupt, error);
+    keller_reuse_close(&reuse);
     keller_prepared_free(&prepared);
+    return status;
+}
+
+static KellerStatus run(void *context, KellerError *error)
+{
+    KellerInterrupt interrupt;
+    if (!keller_interrupt_start(&interrupt)) return keller_error(error, KELLER_FAILED, "no thread for signals");
+    KellerStatus status = prepare_and_simulate(context, &interrupt, error);
+    keller_interrupt_stop(&interrupt);
     return status;
 }
 
@@ -288,14 +333,8 @@ KellerStatus keller_cli_run(int argc, char **argv, KellerError *error)
         o.default_output = output_of(o.config);
         o.command_line = command_line_of(argc, argv);
         if (!o.output) o.output = o.default_output;
-        KellerInterrupt interrupt;
         if (!o.default_output || !o.command_line) status = keller_error_memory(error, 4096);
-        else if (!keller_interrupt_start(&interrupt))
-            status = keller_error(error, KELLER_FAILED, "no thread for signals");
-        else {
-            status = prepare_and_simulate(&o, &interrupt, error);
-            keller_interrupt_stop(&interrupt);
-        }
+        else status = o.reuse ? keller_guarded(o.reuse, run, &o, error) : run(&o, error);
     }
     keller_variables_free(&o.variables);
     free(o.default_output);

@@ -47,3 +47,50 @@ void keller_put_text(const char *text)
 }
 
 double keller_decibel(double amplitude) { return 20 * log10(amplitude); }
+
+/* Length of the UTF-8 character at text, 0 if it is not one. */
+static size_t character(const unsigned char *text)
+{
+    size_t length = text[0] < 0x80 ? 1 : text[0] >= 0xc2 && text[0] < 0xe0 ? 2 : text[0] >= 0xe0 && text[0] < 0xf0 ? 3
+                    : text[0] >= 0xf0 && text[0] < 0xf5 ? 4 : 0;
+    for (size_t i = 1; i < length; ++i)
+        if ((text[i] & 0xc0) != 0x80) return 0;
+    /* overlong forms, surrogates, beyond U+10FFFF */
+    if ((text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xed && text[1] > 0x9f) ||
+        (text[0] == 0xf0 && text[1] < 0x90) || (text[0] == 0xf4 && text[1] > 0x8f)) return 0;
+    return length;
+}
+
+void keller_put_json(FILE *out, const char *text)
+{
+    fputc('"', out);
+    for (const unsigned char *c = (const unsigned char *)text; *c;) {
+        size_t length = character(c);
+        if (length == 0) fputs("\\ufffd", out);
+        else if (*c == '"' || *c == '\\') fprintf(out, "\\%c", *c);
+        else if (*c < 32) fprintf(out, "\\u%04x", *c);
+        else fwrite(c, 1, length, out);
+        c += length ? length : 1;
+    }
+    fputc('"', out);
+}
+
+void keller_put_csv(FILE *out, const char *text)
+{
+    if (!strpbrk(text, ",\"\r\n")) {
+        fputs(text, out);
+        return;
+    }
+    fputc('"', out);
+    for (; *text; ++text) {
+        if (*text == '"') fputc('"', out);
+        fputc(*text, out);
+    }
+    fputc('"', out);
+}
+
+void keller_put_json_number(FILE *out, double value)
+{
+    if (isfinite(value)) fprintf(out, "%.17g", value);
+    else fputs("null", out);
+}

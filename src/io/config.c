@@ -58,6 +58,7 @@ static KellerStatus read_scene(KellerConfigReader *reader, const xmlNode *root)
     KellerConfig *config = reader->config;
     const xmlNode *scene = keller_config_child(root, "scene"), *origin = keller_config_child(root, "origin");
     static const KellerConfigRange scale = {1e-9, 1e9, "a factor from 1e-9 to 1e9"};
+    config->line = keller_xml_line(root);
     config->scene_line = keller_xml_line(scene);
     KellerStatus status = keller_config_path(reader, scene, "file", &config->scene_file);
     if (status == KELLER_OK)

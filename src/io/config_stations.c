@@ -153,7 +153,7 @@ KellerStatus keller_config_read_transmitter(KellerConfigReader *reader, const xm
                             sizeof *config->transmitters))
         return keller_error_memory(reader->error, sizeof *config->transmitters);
     KellerTransmitter *tx = &config->transmitters[config->transmitter_count++];
-    *tx = (KellerTransmitter){.power = 1e-3};
+    *tx = (KellerTransmitter){.power = 1e-3, .line = keller_xml_line(node)};
     KellerStatus status = keller_config_id(reader, node, &tx->id);
     if (status == KELLER_OK) status = read_station(reader, node, &tx->station);
     if (status == KELLER_OK) status = read_position(reader, node, &tx->station.position);
@@ -175,7 +175,7 @@ static KellerStatus add_set(KellerConfigReader *reader, const xmlNode *node, Kel
     if (!keller_config_grow((void **)&config->sets, &reader->set_capacity, config->set_count, 1, sizeof *config->sets))
         return keller_error_memory(reader->error, sizeof *config->sets);
     *set = &config->sets[config->set_count];
-    **set = (KellerReceiverSet){.kind = kind, .first = (uint32_t)config->receiver_count};
+    **set = (KellerReceiverSet){.kind = kind, .first = (uint32_t)config->receiver_count, .line = keller_xml_line(node)};
     KellerStatus status = keller_config_id(reader, node, &(*set)->id);
     if (status != KELLER_OK) return status;
     config->set_count++;

@@ -5,8 +5,16 @@
 #include <stdint.h>
 #include <stdio.h>
 #include "io/result_read.h"
+#include "keller/path.h"
 
-typedef enum { KELLER_PLOT_COVERAGE, KELLER_PLOT_DELAY, KELLER_PLOT_LEVEL, KELLER_PLOT_PATHS } KellerPlotKind;
+typedef enum {
+    KELLER_PLOT_COVERAGE,
+    KELLER_PLOT_DELAY,
+    KELLER_PLOT_DELAY_SPREAD,
+    KELLER_PLOT_ANGLE_SPREAD,
+    KELLER_PLOT_LEVEL,
+    KELLER_PLOT_PATHS
+} KellerPlotKind;
 
 typedef struct {
     const char *file;           /* the result, for messages */
@@ -14,6 +22,8 @@ typedef struct {
     bool svg;                   /* else PNG */
     size_t tx;
     bool all;                   /* LEVEL: the energies of all transmitters together; tx does not count */
+    bool incoherent;            /* COVERAGE: powers are added, not fields */
+    KellerAngle angle;          /* ANGLE_SPREAD */
     size_t set;                 /* the grid; for paths the receivers, SIZE_MAX: all */
     int64_t index;              /* for paths: one point of the set, -1: all */
     size_t frequency;           /* LEVEL: SIZE_MAX for the A-weighted sum of all */

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "io/plot.h"
+#include "io/result_sums.h"
 
 /* What is more than this below the highest path gain has the darkest colour. */
 static const double shown_range = 100;   /* dB */
@@ -18,6 +19,36 @@ static void map_free(Map *map)
     free(map->y);
     free(map->cells);
     free(map->heights);
+}
+
+/* What is drawn. */
+typedef struct {
+    const char *dataset;        /* in /coverage/ID */
+    bool by_frequency;          /* one of its maps, else of the first frequency only */
+    bool decibels;              /* 10 log10 of the cells, over their top 100 dB */
+    double unit;                /* else: cells are divided by it */
+    const char *label;
+} Quantity;
+
+static Quantity quantity_of(const KellerPlot *plot, bool sound)
+{
+    static const char *const angles[KELLER_ANGLES] = {
+        [KELLER_DEPARTURE_AZIMUTH] = "azimuth spread of departure / deg", [KELLER_DEPARTURE_ZENITH] = "zenith spread of departure / deg",
+        [KELLER_ARRIVAL_AZIMUTH] = "azimuth spread of arrival / deg", [KELLER_ARRIVAL_ZENITH] = "zenith spread of arrival / deg"};
+    const double second = sound ? 1e-3 : 1e-9;
+    switch (plot->kind) {
+    case KELLER_PLOT_COVERAGE:
+        if (plot->incoherent) return (Quantity){"path_gain_incoherent", true, true, 1, "path gain, sum of powers / dB"};
+        return (Quantity){"path_gain", true, true, 1, "path gain / dB"};
+    case KELLER_PLOT_LEVEL: return (Quantity){NULL, false, true, 1, "level / dB re 20 uPa"};
+    case KELLER_PLOT_DELAY_SPREAD:
+        return (Quantity){"delay_spread", false, false, second, sound ? "delay spread / ms" : "delay spread / ns"};
+    case KELLER_PLOT_ANGLE_SPREAD:
+        return (Quantity){keller_spread_names[plot->angle], false, false, M_PI / 180, angles[plot->angle]};
+    case KELLER_PLOT_DELAY:
+    case KELLER_PLOT_PATHS: break;
+    }
+    return (Quantity){"strongest_delay", false, false, second, sound ? "delay of the strongest path / ms" : "delay of the strongest path / ns"};
 }
 
 static KellerStatus read_heights(KellerReader *reader, const char *id, Map *map, KellerError *error)
@@ -63,7 +94,7 @@ static KellerStatus read_levels(KellerReader *reader, const KellerPlot *plot, Ma
     return status;
 }
 
-static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *map, KellerError *error)
+static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, const Quantity *q, Map *map, KellerError *error)
 {
     const KellerResultInfo *info = keller_reader_info(reader);
     const char *id = info->set_ids[plot->set];
@@ -85,30 +116,27 @@ static KellerStatus map_read(KellerReader *reader, const KellerPlot *plot, Map *
     KellerStatus status = keller_reader_rows(reader, path, KELLER_CELL_F8, 1, 0, nx, map->x, error);
     snprintf(path, sizeof path, "/coverage/%s/y", id);
     if (status == KELLER_OK) status = keller_reader_rows(reader, path, KELLER_CELL_F8, 1, 0, ny, map->y, error);
-    if (status == KELLER_OK && plot->kind == KELLER_PLOT_COVERAGE) {
-        snprintf(path, sizeof path, "/coverage/%s/path_gain", id);
-        status = keller_reader_box(reader, path, KELLER_CELL_F8, 4, (uint64_t[]){plot->tx, plot->frequency, 0, 0},
-                                   (uint64_t[]){1, 1, ny, nx}, map->cells, error);
-    } else if (status == KELLER_OK && plot->kind == KELLER_PLOT_LEVEL) {
-        status = read_levels(reader, plot, map, error);
-    } else if (status == KELLER_OK) {
-        snprintf(path, sizeof path, "/coverage/%s/strongest_delay", id);
-        status = keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){plot->tx, 0, 0},
-                                   (uint64_t[]){1, ny, nx}, map->cells, error);
+    if (status == KELLER_OK && !q->dataset) status = read_levels(reader, plot, map, error);
+    if (status == KELLER_OK && q->dataset) {
+        snprintf(path, sizeof path, "/coverage/%s/%s", id, q->dataset);
+        status = q->by_frequency ? keller_reader_box(reader, path, KELLER_CELL_F8, 4, (uint64_t[]){plot->tx, plot->frequency, 0, 0},
+                                                     (uint64_t[]){1, 1, ny, nx}, map->cells, error)
+                                 : keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){plot->tx, 0, 0},
+                                                     (uint64_t[]){1, ny, nx}, map->cells, error);
     }
     return status == KELLER_OK ? read_heights(reader, id, map, error) : status;
 }
 
-/* Decibels or delays; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
-static bool convert(const KellerPlot *plot, double delay_unit, Map *map, double *lowest, double *highest)
+/* Decibels, or the quantity's unit; NaN where there is nothing to show. Returns the range in *lowest and *highest. */
+static bool convert(const Quantity *q, Map *map, double *lowest, double *highest)
 {
     size_t count = (size_t)map->ny * map->nx;
     *lowest = INFINITY;
     *highest = -INFINITY;
     for (size_t i = 0; i < count; ++i) {
         double value = map->cells[i];
-        if (plot->kind != KELLER_PLOT_DELAY) value = value > 0 ? 10 * log10(value) : NAN;
-        else value = value >= 0 ? value / delay_unit : NAN;
+        if (q->decibels) value = value > 0 ? 10 * log10(value) : NAN;
+        else value = value >= 0 ? value / q->unit : NAN;
         if (!isfinite(value)) value = NAN;
         map->cells[i] = value;
         if (value < *lowest) *lowest = value;
@@ -116,13 +144,13 @@ static bool convert(const KellerPlot *plot, double delay_unit, Map *map, double 
     }
     bool any = *highest >= *lowest;
     if (!any) *lowest = *highest = 0;
-    if (plot->kind != KELLER_PLOT_DELAY) {
+    if (q->decibels) {
         if (*lowest < *highest - shown_range) *lowest = *highest - shown_range;
         *lowest = 5 * floor(*lowest / 5);
         *highest = 5 * ceil(*highest / 5);
     }
     if (!(*highest > *lowest))
-        *highest = *lowest + (plot->kind != KELLER_PLOT_DELAY ? 5 : fmax(1, fabs(*lowest) * 1e-3));
+        *highest = *lowest + (q->decibels ? 5 : fmax(1, fabs(*lowest) * 1e-3));
     return any;
 }
 
@@ -144,8 +172,10 @@ static void write_cells(const Map *map, FILE *script)
 KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE *script, KellerError *error)
 {
     const KellerResultInfo *info = keller_reader_info(reader);
+    const bool sound = strcmp(info->domain, "acoustic") == 0;
+    const Quantity q = quantity_of(plot, sound);
     Map map = {0};
-    KellerStatus status = map_read(reader, plot, &map, error);
+    KellerStatus status = map_read(reader, plot, &q, &map, error);
     if (status == KELLER_OK && (map.nx == 0 || map.ny == 0))
         status = keller_error(error, KELLER_BAD_INPUT, "%s: the grid \"%.60s\" has no cells", plot->file,
                               info->set_ids[plot->set]);
@@ -158,9 +188,9 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     KellerPlotBox box = {map.x[0] - step / 2, map.x[0] + (map.nx - 0.5) * step, map.y[0] - step / 2,
                          map.y[0] + (map.ny - 0.5) * step};
     double lowest, highest;
-    bool sound = strcmp(info->domain, "acoustic") == 0, any = convert(plot, sound ? 1e-3 : 1e-9, &map, &lowest, &highest);
+    bool any = convert(&q, &map, &lowest, &highest);
 
-    char title[400], label[100], lines[80] = "", heights[80];
+    char title[400], lines[80] = "", heights[80];
     const bool flat = map.surface.highest == map.surface.z;
     if (flat) snprintf(heights, sizeof heights, "z = %g m", map.surface.z);
     else snprintf(heights, sizeof heights, "z = %.4g to %.4g m", map.surface.z, map.surface.highest);
@@ -168,17 +198,14 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     if (plot->kind == KELLER_PLOT_COVERAGE) {
         snprintf(title, sizeof title, "%.80s to %.80s (%s), %.6g %s%s", tx, grid, heights,
                  info->frequencies[plot->frequency] / (sound ? 1 : 1e9), sound ? "Hz" : "GHz", any ? "" : ": no path");
-        snprintf(label, sizeof label, "path gain / dB");
     } else if (plot->kind == KELLER_PLOT_LEVEL) {
         char band[40] = "A-weighted";
         if (plot->frequency != SIZE_MAX) snprintf(band, sizeof band, "%.6g Hz", info->frequencies[plot->frequency]);
         snprintf(title, sizeof title, "%.80s to %.80s (%s), %s%s", plot->all &&
                  info->transmitter_count > 1 ? "all" : tx, grid, heights,
                  band, any ? "" : ": no path");
-        snprintf(label, sizeof label, "level / dB re 20 uPa");
     } else {
         snprintf(title, sizeof title, "%.80s to %.80s (%s)%s", tx, grid, heights, any ? "" : ": no path");
-        snprintf(label, sizeof label, "delay of the strongest path / %s", sound ? "ms" : "ns");
     }
     write_cells(&map, script);
     bool outline = false;
@@ -186,7 +213,7 @@ KellerStatus keller_plot_map(KellerReader *reader, const KellerPlot *plot, FILE 
     if (contours > 0) snprintf(lines, sizeof lines, "lines of equal height every %g m", contours);
     status = keller_plot_outline(reader, plot->file, box, &map.surface, script, &outline, error);
     if (status == KELLER_OK) {
-        keller_plot_frame(plot, box, title, contours > 0 ? lines : NULL, label, lowest, highest, script);
+        keller_plot_frame(plot, box, title, contours > 0 ? lines : NULL, q.label, lowest, highest, script);
         for (size_t i = plot->all ? 0 : plot->tx; i < (plot->all ? info->transmitter_count : plot->tx + 1); ++i)
             keller_plot_mark(info->transmitter_positions[i], box, info->transmitter_ids[i], false, script);
         fputs("plot ", script);

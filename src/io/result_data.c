@@ -36,6 +36,7 @@ static bool type_fits(hid_t type, KellerCell cell)
 {
     size_t size = H5Tget_size(type);
     switch (cell) {
+    case KELLER_CELL_U1: return H5Tget_class(type) == H5T_INTEGER && size == 1 && H5Tget_sign(type) == H5T_SGN_NONE;
     case KELLER_CELL_U4: return H5Tget_class(type) == H5T_INTEGER && size <= 4 && H5Tget_sign(type) == H5T_SGN_NONE;
     case KELLER_CELL_U8: return H5Tget_class(type) == H5T_INTEGER && size <= 8 && H5Tget_sign(type) == H5T_SGN_NONE;
     case KELLER_CELL_F8: return H5Tget_class(type) == H5T_FLOAT && size <= 8;
@@ -116,6 +117,7 @@ KellerStatus keller_table_open(const KellerReader *reader, const char *path, Kel
 static hid_t memory_type(const KellerReader *reader, KellerCell cell, hid_t stored)
 {
     switch (cell) {
+    case KELLER_CELL_U1: return H5T_NATIVE_UINT8;
     case KELLER_CELL_U4: return H5T_NATIVE_UINT32;
     case KELLER_CELL_U8: return H5T_NATIVE_UINT64;
     case KELLER_CELL_F8: return H5T_NATIVE_DOUBLE;

@@ -54,11 +54,11 @@ bool keller_reader_has(KellerReader *reader, const char *path)
     return has;
 }
 
-KellerStatus keller_reader_config(KellerReader *reader, char **text, KellerError *error)
+KellerStatus keller_reader_text(KellerReader *reader, const char *path, char **text, KellerError *error)
 {
     KellerHdfQuiet quiet = keller_hdf_quiet();
     char **texts = NULL;
-    KellerStatus status = keller_reader_texts(reader, "/config", &texts, NULL, error);
+    KellerStatus status = keller_reader_texts(reader, path, &texts, NULL, error);
     if (status == KELLER_OK) {
         *text = texts[0];
         free(texts);
@@ -130,6 +130,14 @@ static KellerStatus whole(KellerReader *reader, const char *path, KellerCell cel
     if (status == KELLER_OK && found != rows)
         status = keller_reader_bad(reader, error, path, "has another length than its neighbours");
     return status == KELLER_OK ? keller_reader_rows(reader, path, cell, width, 0, rows, data, error) : status;
+}
+
+KellerStatus keller_reader_row_count(KellerReader *reader, const char *path, uint64_t *rows, KellerError *error)
+{
+    KellerHdfQuiet quiet = keller_hdf_quiet();
+    KellerStatus status = row_count(reader, path, rows, error);
+    keller_hdf_loud(quiet);
+    return status;
 }
 
 static KellerStatus read_stations(KellerReader *reader, KellerError *error)

@@ -36,8 +36,15 @@ KellerStatus keller_reader_open(const char *file, KellerReader **reader, KellerE
 void keller_reader_close(KellerReader *reader);   /* NULL is allowed */
 const KellerResultInfo *keller_reader_info(const KellerReader *reader);
 
-/* What a cell is in memory: uint32_t, uint64_t, double, double complex, or the uint8_t of an enumeration. */
-typedef enum { KELLER_CELL_U4, KELLER_CELL_U8, KELLER_CELL_F8, KELLER_CELL_C16, KELLER_CELL_ENUM } KellerCell;
+/* What a cell is in memory: uint8_t, uint32_t, uint64_t, double, double complex, or the uint8_t of an enumeration. */
+typedef enum {
+    KELLER_CELL_U1,
+    KELLER_CELL_U4,
+    KELLER_CELL_U8,
+    KELLER_CELL_F8,
+    KELLER_CELL_C16,
+    KELLER_CELL_ENUM
+} KellerCell;
 
 /* Reads the box start[rank], count[rank] of a dataset that must have this rank and hold cells of this kind. `data` has
  * room for the product of count. */
@@ -46,6 +53,8 @@ KellerStatus keller_reader_box(KellerReader *reader, const char *path, KellerCel
 /* Rows first .. first + count - 1 with all `width` cells each (1 for a column of single cells). */
 KellerStatus keller_reader_rows(KellerReader *reader, const char *path, KellerCell cell, uint64_t width, uint64_t first,
                                 uint64_t count, void *data, KellerError *error);
+/* The first dimension of a dataset that has one. */
+KellerStatus keller_reader_row_count(KellerReader *reader, const char *path, uint64_t *rows, KellerError *error);
 bool keller_reader_has(KellerReader *reader, const char *path);
 
 /* Calls visit for every entry of /statistics, in order of name: a number with its unit, or a text (unit NULL). */
@@ -53,6 +62,6 @@ typedef void (*KellerVisitStatistic)(void *context, const char *name, double val
 KellerStatus keller_reader_statistics(KellerReader *reader, KellerVisitStatistic visit, void *context,
                                       KellerError *error);
 
-/* The text of /config; the caller frees it. */
-KellerStatus keller_reader_config(KellerReader *reader, char **text, KellerError *error);
+/* A text that is a dataset of its own, such as /config; the caller frees it. */
+KellerStatus keller_reader_text(KellerReader *reader, const char *path, char **text, KellerError *error);
 #endif

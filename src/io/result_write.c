@@ -6,29 +6,26 @@
 #include <string.h>
 #include "io/atomic.h"
 #include "io/hdf.h"
-#include "io/result_heights.h"
+#include "io/result_geometry.h"
 #include "io/result_sound.h"
+#include "io/result_sums.h"
 #include "io/result_tables.h"
 #include "io/result_write.h"
 
-enum { PATH_COLUMNS = 14, GRID_CHUNK = 256 };
-
-/* The maps of one grid; negative ids where the set is none. */
-typedef struct {
-    hid_t path_gain, delay_spread, strongest_delay, level, level_a;
-} Maps;
+enum { PATH_COLUMNS = 18 };
 
 struct KellerResult {
     KellerAtomic file;
     KellerHdf hdf;
     const KellerConfig *config;
     uint64_t interactions;      /* written so far */
-    Maps *maps;                 /* [set_count] */
+    KellerMaps *maps;                /* [set_count] */
+    KellerPairColumns pairs;
     KellerResponseColumns responses;
     union {
         struct {
             KellerColumn tx, rx, offset, length, delay, departure, arrival, doppler, gain, transfer;
-            KellerColumn kind, position, triangle, wedge;
+            KellerColumn weight, patch, part, kind, position, triangle, wedge, free_end;
         };
         KellerColumn all[PATH_COLUMNS];
     };
@@ -67,64 +64,24 @@ static void create_path_columns(KellerResult *r, hsize_t frequencies)
     keller_hdf_column(hdf, &r->gain, "/paths/gain", hdf->complex_type, hdf->complex_type, 1, per_frequency, "1");
     if (!is_sound(r)) keller_hdf_column(hdf, &r->transfer, "/paths/transfer", hdf->complex_type, hdf->complex_type, 3,
                                         matrices, "1");
+    keller_hdf_column(hdf, &r->weight, "/paths/weight", f8, f8_memory, 0, NULL, "1");
+    keller_hdf_column(hdf, &r->patch, "/paths/patch", f8, f8_memory, 0, NULL, "m2");
+    keller_hdf_column(hdf, &r->part, "/paths/part", f8, f8_memory, 1, two, "m");
     keller_hdf_column(hdf, &r->kind, "/interactions/kind", hdf->interaction_type, hdf->interaction_type, 0, NULL, NULL);
     keller_hdf_column(hdf, &r->position, "/interactions/position", f8, f8_memory, 1, three, "m");
     keller_hdf_column(hdf, &r->triangle, "/interactions/triangle", u4, u4_memory, 0, NULL, NULL);
     keller_hdf_column(hdf, &r->wedge, "/interactions/wedge", u4, u4_memory, 0, NULL, NULL);
+    keller_hdf_column(hdf, &r->free_end, "/interactions/free_end", H5T_STD_U8LE, H5T_NATIVE_UINT8, 0, NULL, NULL);
     keller_column_append(hdf, &r->offset, &r->interactions, 1);
-}
-
-/* The group of one grid: axes, and maps filled with NaN until the simulation gives them. */
-static KellerStatus create_maps(KellerResult *r, const KellerReceiverSet *set, Maps *maps, KellerError *error)
-{
-    KellerHdf *hdf = &r->hdf;
-    size_t longest = set->nx > set->ny ? set->nx : set->ny, size = strlen(set->id) + 64;
-    double *axis = malloc((longest + 1) * sizeof *axis);
-    char *path = malloc(size);
-    if (!axis || !path) {
-        free(axis);
-        free(path);
-        return keller_error_memory(error, longest * sizeof *axis + size);
-    }
-    for (uint32_t i = 0; i < set->nx; ++i) axis[i] = set->x0 + i * set->step;
-    snprintf(path, size, "/coverage/%s/x", set->id);
-    keller_hdf_table(hdf, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, (hsize_t[]){set->nx}, "m", axis);
-    for (uint32_t i = 0; i < set->ny; ++i) axis[i] = set->y0 + i * set->step;
-    snprintf(path, size, "/coverage/%s/y", set->id);
-    keller_hdf_table(hdf, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, 1, (hsize_t[]){set->ny}, "m", axis);
-
-    hsize_t ny = set->ny < GRID_CHUNK ? set->ny : GRID_CHUNK, nx = set->nx < GRID_CHUNK ? set->nx : GRID_CHUNK;
-    const hsize_t dims[] = {r->config->transmitter_count, r->config->frequency_count, set->ny, set->nx};
-    const hsize_t flat[] = {dims[0], set->ny, set->nx}, chunk[] = {1, 1, ny, nx}, flat_chunk[] = {1, ny, nx};
-    bool some = dims[0] * dims[1] * dims[2] * dims[3] > 0;
-    snprintf(path, size, "/coverage/%s/path_gain", set->id);
-    maps->path_gain = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 4, dims, "1", some ? chunk : NULL, true);
-    snprintf(path, size, "/coverage/%s/delay_spread", set->id);
-    maps->delay_spread = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "s", some ? flat_chunk : NULL, true);
-    snprintf(path, size, "/coverage/%s/strongest_delay", set->id);
-    maps->strongest_delay = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "s", some ? flat_chunk : NULL, true);
-    if (is_sound(r)) {
-        snprintf(path, size, "/coverage/%s/level", set->id);
-        maps->level = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 4, dims, "dB", some ? chunk : NULL, true);
-        snprintf(path, size, "/coverage/%s/level_a", set->id);
-        maps->level_a = keller_hdf_dataset(hdf, path, H5T_IEEE_F64LE, 3, flat, "dB", some ? flat_chunk : NULL, true);
-    }
-    free(axis);
-    free(path);
-    return keller_result_heights(hdf, r->config, set, error);
 }
 
 /* Closes all of HDF5's side; a failure is kept in hdf. */
 static void close_file(KellerResult *r)
 {
     for (size_t i = 0; i < PATH_COLUMNS; ++i) keller_column_close(&r->hdf, &r->all[i]);
+    keller_pairs_close(&r->hdf, &r->pairs);
     keller_responses_close(&r->hdf, &r->responses);
-    for (size_t s = 0; r->maps && s < r->config->set_count; ++s) {
-        const Maps *m = &r->maps[s];
-        const hid_t ids[] = {m->path_gain, m->delay_spread, m->strongest_delay, m->level, m->level_a};
-        for (int i = 0; i < 5; ++i)
-            if (ids[i] >= 0) H5Dclose(ids[i]);
-    }
+    for (size_t s = 0; r->maps && s < r->config->set_count; ++s) keller_maps_close(&r->maps[s]);
     keller_hdf_close(&r->hdf);
     free(r->maps);
     r->maps = NULL;
@@ -136,11 +93,14 @@ static KellerStatus fill(KellerResult *r, const KellerScene *scene, const char *
     if (r->hdf.failed) return write_error(r, error);
     KellerStatus status = keller_result_tables(&r->hdf, r->config, scene, command_line, error);
     if (status != KELLER_OK) return status;
+    status = keller_result_geometry(&r->hdf, r->config, scene, error);
+    if (status != KELLER_OK) return status;
     create_path_columns(r, r->config->frequency_count);
+    keller_pairs_open(&r->hdf, &r->pairs, r->config->frequency_count);
     if (r->config->response_rate > 0) keller_responses_open(&r->hdf, &r->responses, r->config);
     for (size_t s = 0; s < r->config->set_count && r->config->output_coverage && status == KELLER_OK; ++s)
         if (r->config->sets[s].kind == KELLER_SET_GRID)
-            status = create_maps(r, &r->config->sets[s], &r->maps[s], error);
+            status = keller_maps_create(&r->hdf, r->config, &r->config->sets[s], &r->maps[s], error);
     if (status == KELLER_OK && r->hdf.failed) status = write_error(r, error);
     return status;
 }
@@ -150,14 +110,16 @@ KellerStatus keller_result_begin(const char *file, bool force, const KellerConfi
 {
     *result = NULL;
     KellerResult *r = calloc(1, sizeof *r);
-    Maps *maps = malloc((config->set_count + 1) * sizeof *maps);
+    KellerMaps *maps = malloc((config->set_count + 1) * sizeof *maps);
     if (!r || !maps) {
         free(r);
         free(maps);
         return keller_error_memory(error, sizeof *r + config->set_count * sizeof *maps);
     }
-    for (size_t s = 0; s < config->set_count; ++s) maps[s] = (Maps){-1, -1, -1, -1, -1};
+    for (size_t s = 0; s < config->set_count; ++s)
+        for (int i = 0; i < KELLER_MAP_KINDS; ++i) maps[s].dataset[i] = -1;
     for (size_t i = 0; i < PATH_COLUMNS; ++i) r->all[i].dataset = -1;
+    keller_pairs_none(&r->pairs);
     r->hdf.file = -1;
     r->config = config;
     r->maps = maps;
@@ -210,10 +172,14 @@ KellerStatus keller_result_append(KellerResult *r, const KellerPathBatch *batch,
     keller_column_append(hdf, &r->doppler, batch->doppler, n);
     keller_column_append(hdf, &r->gain, batch->gain, n);
     if (!is_sound(r)) keller_column_append(hdf, &r->transfer, batch->transfer, n);
+    keller_column_append(hdf, &r->weight, batch->weight, n);
+    keller_column_append(hdf, &r->patch, batch->patch, n);
+    keller_column_append(hdf, &r->part, batch->part, n);
     keller_column_append(hdf, &r->kind, batch->interaction_kind, m);
     keller_column_append(hdf, &r->position, batch->interaction_position, m);
     keller_column_append(hdf, &r->triangle, batch->interaction_triangle, m);
     keller_column_append(hdf, &r->wedge, batch->interaction_wedge, m);
+    keller_column_append(hdf, &r->free_end, batch->interaction_free_end, m);
     r->interactions += m;
     keller_hdf_loud(quiet);
     return hdf->failed ? write_error(r, error) : KELLER_OK;
@@ -223,16 +189,18 @@ KellerStatus keller_result_coverage(KellerResult *r, const KellerCoverage *c, Ke
 {
     assert(c->set < r->config->set_count && c->tx < r->config->transmitter_count);
     assert(r->config->sets[c->set].ny == c->ny && r->config->sets[c->set].nx == c->nx);
-    const Maps *maps = &r->maps[c->set];
-    if (maps->path_gain < 0) return KELLER_OK;   /* coverage was not asked for */
+    const KellerMaps *maps = &r->maps[c->set];
     KellerHdfQuiet quiet = keller_hdf_quiet();
-    const hsize_t start[] = {c->tx, 0, 0, 0}, count[] = {1, c->frequency_count, c->ny, c->nx};
-    const hsize_t flat[] = {1, c->ny, c->nx};
-    keller_hdf_write(&r->hdf, maps->path_gain, H5T_NATIVE_DOUBLE, 4, start, count, c->path_gain);
-    keller_hdf_write(&r->hdf, maps->delay_spread, H5T_NATIVE_DOUBLE, 3, start, flat, c->delay_spread);
-    keller_hdf_write(&r->hdf, maps->strongest_delay, H5T_NATIVE_DOUBLE, 3, start, flat, c->strongest_delay);
-    if (maps->level >= 0) keller_hdf_write(&r->hdf, maps->level, H5T_NATIVE_DOUBLE, 4, start, count, c->level);
-    if (maps->level_a >= 0) keller_hdf_write(&r->hdf, maps->level_a, H5T_NATIVE_DOUBLE, 3, start, flat, c->level_a);
+    keller_maps_write(&r->hdf, maps, c); /* none where coverage was not asked for */
+    keller_hdf_loud(quiet);
+    return r->hdf.failed ? write_error(r, error) : KELLER_OK;
+}
+
+KellerStatus keller_result_pair(KellerResult *r, const KellerPairSums *sums, KellerError *error)
+{
+    assert(sums->frequency_count == r->config->frequency_count);
+    KellerHdfQuiet quiet = keller_hdf_quiet();
+    keller_pairs_append(&r->hdf, &r->pairs, sums);
     keller_hdf_loud(quiet);
     return r->hdf.failed ? write_error(r, error) : KELLER_OK;
 }

@@ -10,13 +10,13 @@
 
 static bool is_sound(const FieldContext *c) { return c->scene->sound.speed > 0; }
 
-static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
-
 bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, KellerSimulationWork *work)
 {
     size_t n = pair->paths.count, F = c->config->frequency_count;
     const KellerStation *t = &c->config->transmitters[tx].station, *r = &c->config->receivers[rx].station;
-    if (n == 0) return true;
+    pair->sums.tx = tx;
+    pair->sums.rx = rx;
+    if (n == 0) return sums_of(&pair->paths, NULL, F, path_wave_speed(c->scene), &pair->sums);
     path_list_sort(&pair->paths);
     pair->gain = malloc(n * F * sizeof *pair->gain);
     if (!is_sound(c)) pair->transfer = malloc(n * F * 4 * sizeof *pair->transfer);
@@ -35,7 +35,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
                 double complex g = directed * path_pressure(c->scene, &p, t->position, c->config->frequencies[f],
                                                             c->media + f * c->scene->material_count);
                 pair->gain[i * F + f] = g;
-                strongest[f] = greater(strongest[f], power(g));
+                strongest[f] = greater(strongest[f], gain_power(g));
             }
             continue;
         }
@@ -52,7 +52,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
             double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
             g *= arrays;
             pair->gain[i * F + f] = g;
-            strongest[f] = greater(strongest[f], power(g));
+            strongest[f] = greater(strongest[f], gain_power(g));
         }
     }
     double range = pow(10, -c->config->dynamic_range / 10), lowest = INFINITY;
@@ -60,8 +60,8 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
     size_t kept = 0;
     for (size_t i = 0; i < n; i++) {
         bool keep = false;
-        for (size_t f = 0; f < F; f++) keep = keep || power(pair->gain[i * F + f]) >= range * strongest[f];
-        for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(power(pair->gain[i * F + f]));
+        for (size_t f = 0; f < F; f++) keep = keep || gain_power(pair->gain[i * F + f]) >= range * strongest[f];
+        for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(gain_power(pair->gain[i * F + f]));
         if (!keep) continue;
         work->boundary_paths += pair->paths.items[i].weight < 1;
         work->cornered_paths += pair->paths.items[i].weight < 0.5;
@@ -83,7 +83,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         if (lost[f] > 0) work->dropped_ratio = greater(work->dropped_ratio, lost[f] / sqrt(strongest[f]));
     pair->paths.count = kept;
     free(strongest);
-    return true;
+    return sums_of(&pair->paths, pair->gain, F, path_wave_speed(c->scene), &pair->sums);
 }
 
 void pair_free(PairResult *pair)
@@ -91,6 +91,7 @@ void pair_free(PairResult *pair)
     path_list_free(&pair->paths);
     free(pair->gain);
     free(pair->transfer);
+    sums_free(&pair->sums);
     memset(pair, 0, sizeof *pair);
 }
 
@@ -112,7 +113,8 @@ static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_
             !grow(&b->offset, n + 1, sizeof *b->offset) || !grow(&b->length, n, sizeof *b->length) ||
             !grow(&b->delay, n, sizeof *b->delay) || !grow(&b->departure, n, sizeof *b->departure) ||
             !grow(&b->arrival, n, sizeof *b->arrival) || !grow(&b->doppler, n * F, sizeof *b->doppler) ||
-            !grow(&b->gain, n * F, sizeof *b->gain) || (transfers && !grow(&b->transfer, 4 * n * F, sizeof *b->transfer)))
+            !grow(&b->gain, n * F, sizeof *b->gain) || !grow(&b->weight, n, sizeof *b->weight) ||
+            !grow(&b->patch, n, sizeof *b->patch) || !grow(&b->part, n, sizeof *b->part) || (transfers && !grow(&b->transfer, 4 * n * F, sizeof *b->transfer)))
             return false;
         b->capacity = n;
         b->offset[b->count] = b->interaction_count;
@@ -122,7 +124,8 @@ static bool reserve(KellerPathBatch *b, size_t paths, size_t interactions, size_
         if (!grow(&b->interaction_kind, n, sizeof *b->interaction_kind) ||
             !grow(&b->interaction_position, n, sizeof *b->interaction_position) ||
             !grow(&b->interaction_triangle, n, sizeof *b->interaction_triangle) ||
-            !grow(&b->interaction_wedge, n, sizeof *b->interaction_wedge))
+            !grow(&b->interaction_wedge, n, sizeof *b->interaction_wedge) ||
+            !grow(&b->interaction_free_end, n, sizeof *b->interaction_free_end))
             return false;
         b->interaction_capacity = n;
     }
@@ -146,6 +149,9 @@ bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32
         b->tx[at] = tx;
         b->rx[at] = rx;
         b->length[at] = p->length;
+        b->weight[at] = p->weight;
+        b->patch[at] = p->patch;
+        memcpy(b->part[at], p->part, sizeof p->part);
         b->delay[at] = p->length / speed;
         keller_angles(p->leg[0], &b->departure[at][0], &b->departure[at][1]);
         keller_angles(back, &b->arrival[at][0], &b->arrival[at][1]);
@@ -161,6 +167,7 @@ bool batch_append(KellerPathBatch *b, const FieldContext *c, uint32_t tx, uint32
             b->interaction_position[k] = p->position[j];
             b->interaction_triangle[k] = diffraction ? KELLER_NONE : p->triangle[j];
             b->interaction_wedge[k] = diffraction ? p->step[j].id : KELLER_NONE;
+            b->interaction_free_end[k] = p->free_end[j];
         }
         b->offset[b->count] = b->interaction_count;
     }
@@ -185,80 +192,13 @@ void batch_free(KellerPathBatch *b)
     free(b->doppler);
     free(b->gain);
     free(b->transfer);
+    free(b->weight);
+    free(b->patch);
+    free(b->part);
     free(b->interaction_kind);
     free(b->interaction_position);
     free(b->interaction_triangle);
     free(b->interaction_wedge);
+    free(b->interaction_free_end);
     memset(b, 0, sizeof *b);
-}
-
-/* ---- maps -------------------------------------------------------------------------------------------------------------- */
-
-bool coverage_init(KellerCoverage *c, uint32_t tx, uint32_t set, uint32_t ny, uint32_t nx, size_t F)
-{
-    size_t cells = (size_t)ny * nx;
-    *c = (KellerCoverage){.tx = tx, .set = set, .ny = ny, .nx = nx, .frequency_count = F};
-    c->path_gain = calloc(F * cells, sizeof(double));
-    c->delay_spread = malloc(cells * sizeof(double));
-    c->strongest_delay = malloc(cells * sizeof(double));
-    if (!c->path_gain || !c->delay_spread || !c->strongest_delay) {
-        coverage_free(c);
-        return false;
-    }
-    for (size_t i = 0; i < cells; i++) c->delay_spread[i] = c->strongest_delay[i] = NAN;
-    return true;
-}
-
-void coverage_free(KellerCoverage *c)
-{
-    free(c->path_gain);
-    free(c->delay_spread);
-    free(c->strongest_delay);
-    free(c->level);
-    free(c->level_a);
-    memset(c, 0, sizeof *c);
-}
-
-void coverage_cell(KellerCoverage *c, size_t cell, double speed, const PairResult *pair)
-{
-    size_t n = pair->paths.count, F = c->frequency_count, cells = (size_t)c->ny * c->nx;
-    if (n == 0) return;
-    for (size_t f = 0; f < F; f++) {
-        double complex sum = 0;
-        double scattered = 0;
-        for (size_t i = 0; i < n; i++) {
-            double complex g = pair->gain[i * F + f];
-            if (pair->paths.items[i].patch > 0) scattered += power(g);
-            else sum += g;
-        }
-        c->path_gain[f * cells + cell] = power(sum) + scattered;
-    }
-    double total = 0, mean = 0, spread = 0, most = -1, at = 0;
-    for (size_t i = 0; i < n; i++) {
-        double p = power(pair->gain[i * F]), delay = pair->paths.items[i].length / speed;
-        total += p;
-        mean += p * delay;
-        if (p > most) most = p, at = delay;
-    }
-    if (!(total > 0)) return;
-    mean /= total;
-    for (size_t i = 0; i < n; i++) {
-        double d = pair->paths.items[i].length / speed - mean;
-        spread += power(pair->gain[i * F]) * d * d;
-    }
-    c->strongest_delay[cell] = at;
-    c->delay_spread[cell] = sqrt(spread / total);
-}
-
-void coverage_nowhere(KellerCoverage *c, const KellerReceiver *receivers)
-{
-    size_t cells = (size_t)c->ny * c->nx;
-    for (size_t i = 0; i < cells; i++) {
-        if (!isnan(receivers[i].station.position.z)) continue;
-        for (size_t f = 0; f < c->frequency_count; f++) {
-            c->path_gain[f * cells + i] = NAN;
-            if (c->level) c->level[f * cells + i] = NAN;
-        }
-        if (c->level_a) c->level_a[i] = NAN;
-    }
 }

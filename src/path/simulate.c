@@ -13,6 +13,7 @@
 #include "path/level.h"
 #include "path/part.h"
 #include "path/response.h"
+#include "path/restore.h"
 #include "path/scatter.h"
 #include "base/number.h"
 
@@ -30,6 +31,7 @@ typedef struct {
     const KellerConfig *config;
     const KellerScene *scene;
     const KellerAccel *accel;
+    const KellerPathSource *known;  /* NULL: paths are searched */
     const KellerSink *sink;
     KellerSimulationWork *work;
     FieldContext fields;
@@ -97,7 +99,7 @@ KellerStatus keller_simulation_check(const KellerConfig *config, const KellerSce
  * both ends meet on the leg between them and need none. */
 static bool searched_alone(const Simulation *s, const KellerReceiverSet *set)
 {
-    return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1;
+    return set->kind == KELLER_SET_GRID && s->join.diffractions <= 1 && !s->known;
 }
 
 /* All paths to one receiver. part: NULL, or where its candidates are, as cell `cell`. `threads` > 1 where there are no others. */
@@ -201,7 +203,7 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     PairResult *results = calloc(count, sizeof *results);
     if (!results) return keller_error_memory(error, count * sizeof *results);
     uint32_t threads = s->work->threads, across = count > 1 ? threads : 1, within = count > 1 ? 1 : threads;
-    KellerStatus status = KELLER_OK;
+    KellerStatus status = s->known ? known_take(s->known, s->tx, first, count, results, error) : KELLER_OK;
     uint32_t finished = 0;
 #pragma omp parallel num_threads((int)across) if (across > 1)
     {
@@ -213,7 +215,8 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
             seen = status;
             if (seen != KELLER_OK) continue;
             KellerError own_error;
-            KellerStatus own_status = run_receiver(s, first + i, part, cell + i, within, &results[i], &work, &own_error);
+            KellerStatus own_status = s->known ? known_fields(s->known, &s->fields, s->tx, first + i, &results[i], &work, &own_error)
+                                               : run_receiver(s, first + i, part, cell + i, within, &results[i], &work, &own_error);
             if (own_status != KELLER_OK) {
 #pragma omp critical(keller_simulate)
                 {
@@ -233,8 +236,9 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
     if (status == KELLER_OK && coverage && coverage->level)
         status = levels_of(coverage, first - set->first, count, &s->fields, results, threads, error);
     for (uint32_t i = 0; i < count; i++) {
-        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, path_wave_speed(s->scene),
-                                                           &results[i]);
+        if (status == KELLER_OK && coverage) coverage_cell(coverage, first - set->first + i, &results[i].sums);
+        if (status == KELLER_OK && s->sink->pair && set->kind != KELLER_SET_GRID)
+            status = s->sink->pair(s->sink->context, &results[i].sums, error);
         if (status == KELLER_OK && s->sink->paths && s->config->output_paths) {
             if (!batch_append(&s->batch, &s->fields, s->tx, first + i, &results[i]))
                 status = keller_error(error, KELLER_FAILED, "out of memory for the paths of a batch");
@@ -437,7 +441,7 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
         uint32_t end = i + 1;
         while (!grid && end < c->set_count && c->sets[end].kind != KELLER_SET_GRID) end++;
         s->worth = alone ? 1 - SEARCH_SHARE : 1;
-        if (searched != alone) {
+        if (searched != alone && !s->known) {
             forget_forward(s);
             status = search_forward(s, alone, error);
             searched = alone;
@@ -449,8 +453,8 @@ static KellerStatus run_transmitter(Simulation *s, KellerError *error)
     return status;
 }
 
-KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
-                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+static KellerStatus simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerPathSource *known, const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
 {
     memset(work, 0, sizeof *work);
     KellerStatus status = keller_simulation_check(config, scene, error);
@@ -464,7 +468,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         free(media);
         return keller_error_memory(error, scene->face_count * sizeof *boxes);
     }
-    Simulation s = {.config = config, .scene = scene, .accel = accel, .sink = sink, .work = work};
+    Simulation s = {.config = config, .scene = scene, .accel = accel, .known = known, .sink = sink, .work = work};
     s.fields = (FieldContext){config, scene, media};
     s.total = (double)config->transmitter_count * (double)config->receiver_count;
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
@@ -480,7 +484,7 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
         s.responses = response_plan(config, scene, error);
         if (!s.responses) status = KELLER_FAILED;
     }
-    if (status == KELLER_OK) status = scattering_init(&s.scattering, config, scene, accel, boxes, error);
+    if (status == KELLER_OK && !known) status = scattering_init(&s.scattering, config, scene, accel, boxes, error);
     for (s.tx = 0; s.tx < config->transmitter_count && status == KELLER_OK; s.tx++) status = run_transmitter(&s, error);
     if (status == KELLER_OK && sink->paths) status = flush(&s, true, error);
     if (status == KELLER_OK) report(&s, 1);
@@ -490,4 +494,16 @@ KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scen
     free(boxes);
     free(media);
     return status;
+}
+
+KellerStatus keller_simulate(const KellerConfig *config, const KellerScene *scene, const KellerAccel *accel,
+                             const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+{
+    return simulate(config, scene, accel, NULL, sink, work, error);
+}
+
+KellerStatus keller_simulate_known(const KellerConfig *config, const KellerScene *scene, const KellerPathSource *source,
+                                   const KellerSink *sink, KellerSimulationWork *work, KellerError *error)
+{
+    return simulate(config, scene, NULL, source, sink, work, error);
 }

@@ -35,7 +35,7 @@ typedef struct {
     KellerReceiverSet sets[2];
     KellerReceiver receivers[RECEIVERS];
     KellerVec3 vertices[4];
-    uint32_t triangles[2][3], face[2], object[2], source[2];
+    uint32_t triangles[2][3], face[2], object[2], source[2], sheets[2];
     KellerFace faces[2];
     KellerWedge wedges[1];
     KellerMaterial materials[2];
@@ -67,6 +67,7 @@ static void world_make(World *w)
     for (int i = 0; i < 4; ++i) w->vertices[i] = v3(i, i * i, 0.1 * i);
     memcpy(w->triangles, (uint32_t[2][3]){{0, 1, 2}, {1, 2, 3}}, sizeof w->triangles);
     w->face[1] = 1;
+    w->sheets[0] = w->sheets[1] = 1;
     w->source[0] = 1;
     w->object[1] = 1;
     w->faces[1].material = 1;
@@ -78,7 +79,7 @@ static void world_make(World *w)
     w->objects[1] = "building";
     w->scene = (KellerScene){
         .vertex_count = 4, .vertices = w->vertices, .triangle_count = 2, .triangles = w->triangles,
-        .triangle_face = w->face, .triangle_object = w->object, .triangle_source = w->source, .face_count = 2,
+        .triangle_face = w->face, .triangle_object = w->object, .triangle_source = w->source, .triangle_sheets = w->sheets, .face_count = 2,
         .faces = w->faces, .wedge_count = 1, .wedges = w->wedges, .material_count = 2, .materials = w->materials,
         .object_count = 2, .objects = w->objects};
 }
@@ -97,7 +98,8 @@ static KellerStatus append(KellerResult *result, uint64_t first, size_t count, K
     static uint64_t offset[MOST + 1];
     static double length[MOST], delay[MOST], departure[MOST][2], arrival[MOST][2], doppler[MOST * FREQUENCIES];
     static double complex gain[MOST * FREQUENCIES], transfer[MOST * FREQUENCIES * 4];
-    static uint8_t kind[2 * MOST];
+    static uint8_t kind[2 * MOST], free_end[2 * MOST];
+    static double weight[MOST], patch[MOST], part[MOST][2];
     static KellerVec3 position[2 * MOST];
     size_t interactions = 0;
     assert_true(count <= MOST);
@@ -107,6 +109,10 @@ static KellerStatus append(KellerResult *result, uint64_t first, size_t count, K
         rx[i] = (uint32_t)(p % RECEIVERS);
         offset[i] = interactions;
         length[i] = value_of(p, 0);
+        weight[i] = value_of(p, 40);
+        patch[i] = value_of(p, 41);
+        part[i][0] = value_of(p, 42);
+        part[i][1] = value_of(p, 43);
         delay[i] = value_of(p, 1);
         for (unsigned k = 0; k < 2; ++k) {
             departure[i][k] = value_of(p, 2 + k);
@@ -123,13 +129,15 @@ static KellerStatus append(KellerResult *result, uint64_t first, size_t count, K
             position[interactions] = v3(value_of(p, 30 + k), 1, 2);
             triangle[interactions] = k ? KELLER_NONE : (uint32_t)(p % 2);
             wedge[interactions] = k ? 0 : KELLER_NONE;
+            free_end[interactions] = (uint8_t)((p + k) % 4);
         }
     }
     offset[count] = interactions;
     KellerPathBatch batch = {.count = count, .interaction_count = interactions, .frequency_count = FREQUENCIES,
         .tx = tx, .rx = rx, .offset = offset, .length = length, .delay = delay, .departure = departure,
         .arrival = arrival, .doppler = doppler, .gain = gain, .transfer = transfer, .interaction_kind = kind,
-        .interaction_position = position, .interaction_triangle = triangle, .interaction_wedge = wedge};
+        .interaction_position = position, .interaction_triangle = triangle, .interaction_wedge = wedge, .interaction_free_end = free_end,
+        .weight = weight, .patch = patch, .part = part};
     return keller_result_append(result, &batch, error);
 }
 
@@ -145,13 +153,24 @@ static void write_world(const World *w, const char *file, bool force, uint64_t p
         if (append(result, p, n, &error) != KELLER_OK) fail_msg("%s", error.message);
         p += n;
     }
-    double gain[FREQUENCIES * GRID_NY * GRID_NX], spread[GRID_NY * GRID_NX], strongest[GRID_NY * GRID_NX];
+    double gain[FREQUENCIES * GRID_NY * GRID_NX], incoherent[FREQUENCIES * GRID_NY * GRID_NX];
+    double spread[GRID_NY * GRID_NX], strongest[GRID_NY * GRID_NX], angle[KELLER_ANGLES][GRID_NY * GRID_NX];
     for (uint32_t t = 0; t < TRANSMITTERS && w->config.output_coverage; ++t) {
-        for (int i = 0; i < FREQUENCIES * GRID_NY * GRID_NX; ++i) gain[i] = 1e-9 * (i + 1) + t;
+        for (int i = 0; i < FREQUENCIES * GRID_NY * GRID_NX; ++i) gain[i] = 1e-9 * (i + 1) + t, incoherent[i] = 2 * gain[i];
+        for (int a = 0; a < KELLER_ANGLES; ++a)
+            for (int i = 0; i < GRID_NY * GRID_NX; ++i) angle[a][i] = 10.0 * a + i + 100.0 * t;
         for (int i = 0; i < GRID_NY * GRID_NX; ++i) spread[i] = i == 2 ? NAN : 1e-8 * i, strongest[i] = 2e-8 * i + t;
         KellerCoverage map = {.tx = t, .set = 1, .ny = GRID_NY, .nx = GRID_NX, .frequency_count = FREQUENCIES,
-                              .path_gain = gain, .delay_spread = spread, .strongest_delay = strongest};
+                              .path_gain = gain, .path_gain_incoherent = incoherent, .delay_spread = spread,
+                              .strongest_delay = strongest, .angle_spread = {angle[0], angle[1], angle[2], angle[3]}};
         assert_int_equal(keller_result_coverage(result, &map, &error), KELLER_OK);
+    }
+    for (uint32_t t = 0; t < TRANSMITTERS; ++t) {
+        double sum[FREQUENCIES] = {t + 0.25, t + 0.5}, all[FREQUENCIES] = {t + 2.25, t + 2.5};
+        KellerPairSums sums = {.tx = t, .rx = 0, .paths = (size_t)t + 7, .frequency_count = FREQUENCIES, .path_gain = sum,
+                               .path_gain_incoherent = all, .delay_spread = NAN, .strongest_delay = 1e-8 * t,
+                               .angle_spread = {0.1 * 1, 0.1 * 2, 0.1 * 3, 0.1 * 4 + t}};
+        assert_int_equal(keller_result_pair(result, &sums, &error), KELLER_OK);
     }
     assert_int_equal(keller_result_statistic(result, "time_total", 1.25, "s", &error), KELLER_OK);
     assert_int_equal(keller_result_statistic_text(result, "accelerator", "bvh", &error), KELLER_OK);
@@ -229,11 +248,19 @@ static void every_path_comes_back_exactly(void **state)
                 assert_true(creal(transfer[4 * f + k]) == value_of(p, 12 + 4 * f + k) &&
                             cimag(transfer[4 * f + k]) == value_of(p, 20 + k));
         }
+        double weight, patch, part[2];
+        rows(reader, "/paths/weight", KELLER_CELL_F8, 1, p, 1, &weight);
+        rows(reader, "/paths/patch", KELLER_CELL_F8, 1, p, 1, &patch);
+        rows(reader, "/paths/part", KELLER_CELL_F8, 2, p, 1, part);
+        assert_true(weight == value_of(p, 40) && patch == value_of(p, 41));
+        assert_true(part[0] == value_of(p, 42) && part[1] == value_of(p, 43));
         for (uint64_t k = 0; k < p % 3; ++k) {
-            uint8_t kind;
+            uint8_t kind, free_end;
             double position[3];
             uint32_t triangle, wedge;
             rows(reader, "/interactions/kind", KELLER_CELL_ENUM, 1, offset[0] + k, 1, &kind);
+            rows(reader, "/interactions/free_end", KELLER_CELL_U1, 1, offset[0] + k, 1, &free_end);
+            assert_int_equal(free_end, (p + k) % 4);
             rows(reader, "/interactions/position", KELLER_CELL_F8, 3, offset[0] + k, 1, position);
             rows(reader, "/interactions/triangle", KELLER_CELL_U4, 1, offset[0] + k, 1, &triangle);
             rows(reader, "/interactions/wedge", KELLER_CELL_U4, 1, offset[0] + k, 1, &wedge);
@@ -283,7 +310,7 @@ static void the_tables_come_back(void **state)
     assert_true(material[0] == 0 && material[1] == 1 && source[0] == 1 && source[1] == 0 && wedge[1] == 2 && n == 1.5);
     char *text = NULL;
     KellerError error;
-    assert_int_equal(keller_reader_config(reader, &text, &error), KELLER_OK);
+    assert_int_equal(keller_reader_text(reader, "/config", &text, &error), KELLER_OK);
     assert_string_equal(text, "<simulation/>");
     free(text);
     keller_reader_close(reader);
@@ -307,6 +334,22 @@ static void maps_come_back(void **state)
     for (int i = 0; i < GRID_NY * GRID_NX; ++i) assert_true(gain[i] == 1e-9 * (GRID_NY * GRID_NX + i + 1) + 1);
     assert_true(isnan(spread[2]) && spread[5] == 1e-8 * 5);
     assert_true(x[0] == -1 && x[2] == 0);
+    double angle[GRID_NY * GRID_NX], sums[FREQUENCIES];
+    static const char *const names[KELLER_ANGLES] = {"departure_azimuth", "departure_zenith", "arrival_azimuth", "arrival_zenith"};
+    for (int a = 0; a < KELLER_ANGLES; ++a) {
+        char path[80];
+        snprintf(path, sizeof path, "/coverage/street/%s_spread", names[a]);
+        assert_int_equal(keller_reader_box(reader, path, KELLER_CELL_F8, 3, (uint64_t[]){1, 0, 0}, flat, angle, &error), KELLER_OK);
+        for (int i = 0; i < GRID_NY * GRID_NX; ++i) assert_true(angle[i] == 10 * a + i + 100);
+        snprintf(path, sizeof path, "/pairs/%s_spread", names[a]);
+        rows(reader, path, KELLER_CELL_F8, 1, 1, 1, angle);
+        assert_true(angle[0] == 0.1 * (a + 1) + (a == 3));
+    }
+    assert_int_equal(keller_reader_box(reader, "/coverage/street/path_gain_incoherent", KELLER_CELL_F8, 4, start, count, spread,
+                                       &error), KELLER_OK);
+    for (int i = 0; i < GRID_NY * GRID_NX; ++i) assert_true(spread[i] == 2 * gain[i]);
+    rows(reader, "/pairs/path_gain_incoherent", KELLER_CELL_F8, FREQUENCIES, 1, 1, sums);
+    assert_true(sums[0] == 3.25 && sums[1] == 3.5);
     /* one column too many */
     assert_int_equal(keller_reader_box(reader, "/coverage/street/path_gain", KELLER_CELL_F8, 4,
                                        (uint64_t[]){1, 1, 0, 1}, count, gain, &error), KELLER_BAD_INPUT);
