@@ -139,6 +139,17 @@ typedef struct {
 KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                   double k, KellerCVec3 e);
 
+/* What a wave that changes from ray to ray has beside that: `e` is here the derivative of the incident field by the angle (rad) about
+ * the edge by which its ray leaves the source, growing as the ray turns towards growing phi' (its components along beta0' and phi'
+ * of each ray); or, of_receiver, the incident field, and the result is to be multiplied with the derivative of what the receiver makes of
+ * it, by the angle in which it looks, growing towards growing phi. The derivative of the coefficient by that ray's azimuth, of its
+ * terms and of the faces' matrices, times keller_slope_factor: slope diffraction. Other arguments, spreading and phase as above.
+ * Continuous on boundaries. */
+KellerCVec3 keller_diffract_slope(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s, double k,
+                                  bool of_receiver, KellerCVec3 e);
+/* 1/(jks sin^2 beta0), k in rad/m, `distance` s in m from the source or receiver along the ray; at most 1. */
+double complex keller_slope_factor(double k, double distance, double sin_beta0);
+
 /* ---- air and rain --------------------------------------------------------------------------------------------- */
 
 /* dB/m that the air takes: by gases as ITU-R P.676-13, annex 1 (line by line), has it, and by rain, ITU-R P.838-3, for a

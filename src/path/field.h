@@ -1,4 +1,4 @@
-/* Fields of sound along paths. */
+/* Fields along paths. */
 #ifndef KELLER_PATH_FIELD_H
 #define KELLER_PATH_FIELD_H
 #include "keller/sound.h"
@@ -9,6 +9,11 @@ static inline double path_wave_speed(const KellerScene *scene)
 {
     return scene->sound.speed > 0 ? scene->sound.speed : KELLER_LIGHT_SPEED;
 }
+
+/* The gain of a path between stations (SPEC 1), its transfer matrix beside it: antennas times transfer, and, of paths over edges, what
+ * the change of the antennas' patterns across the first and the last edge adds (docs/theory.md). */
+double complex path_gain(const KellerScene *scene, const KellerPath *path, const KellerStation *tx, const KellerStation *rx,
+                         double frequency, const KellerMedium *media, double complex transfer[4]);
 
 /* The pressure at the end of a path over the free-field pressure at 1 m, in a scene of sound: weight, spreading, air and phase
  * included, directivities not. */
