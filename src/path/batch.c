@@ -12,6 +12,13 @@ static bool is_sound(const FieldContext *c) { return c->scene->sound.speed > 0; 
 
 static double power(double complex g) { return creal(g) * creal(g) + cimag(g) * cimag(g); }
 
+/* On two boundaries at once a weight of 1/4 and so on is that of two that have nothing to do with each other, and right. */
+static bool is_estimate(double weight)
+{
+    int exponent;
+    return weight < 0.5 && frexp(weight, &exponent) != 0.5;
+}
+
 bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, KellerSimulationWork *work)
 {
     size_t n = pair->paths.count, F = c->config->frequency_count;
@@ -55,7 +62,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(power(pair->gain[i * F + f]));
         if (!keep) continue;
         work->boundary_paths += pair->paths.items[i].weight < 1;
-        work->cornered_paths += pair->paths.items[i].weight < 0.5;
+        work->cornered_paths += is_estimate(pair->paths.items[i].weight);
         if (c->config->diffractions > 3) {
             KellerPath p;
             path_list_get(&pair->paths, i, &p);

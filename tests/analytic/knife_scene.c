@@ -27,13 +27,13 @@ void knife_raise(Knife *g)
 
 Knife knife_of_row(const Table *t)
 {
-    const double flat = 0.05, hair = 1e-8; /* rad */
+    const double flat = 0.05; /* rad */
     Knife g = {.d = {table_number(t, "d1"), table_number(t, "d2"), table_number(t, "d3")},
                   .bend = {table_number(t, "alpha1_rad"), table_number(t, "alpha2_rad")},
                   .frequency = table_number(t, "f_Hz") * KELLER_LIGHT_SPEED / table_number(t, "c")};
     double shrink = fmin(1, flat / fmax(fabs(g.bend[0]), fabs(g.bend[1])));
     g.frequency /= shrink * shrink;
-    for (int i = 0; i < 2; i++) g.bend[i] = g.bend[i] == 0 ? hair : g.bend[i] * shrink;
+    for (int i = 0; i < 2; i++) g.bend[i] *= shrink;
     knife_raise(&g);
     return g;
 }
