@@ -63,7 +63,7 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         if (!keep) continue;
         work->boundary_paths += pair->paths.items[i].weight < 1;
         work->cornered_paths += is_estimate(pair->paths.items[i].weight);
-        if (c->config->diffractions > 3) {
+        if (c->config->diffractions > 2) {
             KellerPath p;
             path_list_get(&pair->paths, i, &p);
             work->crowded_paths += path_crowded(c->scene, &p, t->position, lowest);

@@ -7,6 +7,7 @@
 #include "wave/dyad.h"
 
 static const double widest_zone = 0.2; /* rad */
+_Static_assert(KELLER_MAX_BENDS <= ROW_EDGES, "a row holds every path");
 
 static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
@@ -159,11 +160,18 @@ static void face_between(const PathWave *w, uint32_t i, Chain *chain)
                 chain->whole[j][a][b] = through(medium, f->normal, in, w->k, chain->whole[j][a][b]);
             chain->rest[j][a] = through(medium, f->normal, in, w->k, chain->rest[j][a]);
         }
+    if (!chain->row) return;
+    for (int j = 0; j < 2; j++) {
+        chain->row->carried[j] = through(medium, f->normal, in, w->k, chain->row->carried[j]);
+        for (int a = 0; a < 16; a++)
+            chain->row->product[j][a / 4][a % 4] = through(medium, f->normal, in, w->k, chain->row->product[j][a / 4][a % 4]);
+    }
 }
 
 static void over_several(const PathWave *w, const Variation *v, KellerCVec3 e[2])
 {
     Chain chain;
+    ChainRow row;
     uint32_t number = 0, last = w->cascade.count - 1;
     Turn first = {w->end[0].edge, v->turn[0]}, second = {w->end[1].edge, v->turn[1]};
     for (uint32_t i = w->first; i < w->behind; i++) {
@@ -179,14 +187,15 @@ static void over_several(const PathWave *w, const Variation *v, KellerCVec3 e[2]
         else out = turn(second, out);
         if (number == 0) {
             const KellerCVec3 turned[2] = {turn_field(first, e[0]), turn_field(first, e[1])};
-            chain_begin(&wedge, turn(first, in), out, w->cascade.place[0], w->k, turned, &chain);
+            chain_begin(&wedge, turn(first, in), out, w->cascade.place[0], w->k, turned, last + 1 < CHAIN_ROW ? NULL : &row, &chain);
         } else {
             chain_next(&wedge, in, out, w->cascade.place[number], &chain);
         }
         i = edge->end;
         number++;
     }
-    for (int j = 0; j < 2; j++) e[j] = turn_field(back(second), chain_field(&chain, j));
+    chain_fields(&chain, e);
+    for (int j = 0; j < 2; j++) e[j] = turn_field(back(second), e[j]);
 }
 
 /* How to differentiate: values at so many steps to growing azimuths, or, turned round, to falling ones. */

@@ -23,8 +23,8 @@ double complex path_pressure(const KellerScene *scene, const KellerPath *path, K
  * spreading with it, is left out. */
 double complex path_pressure_slow(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                                   const KellerMedium *media, bool edges);
-/* True where four or more edges of the path in a row lie in each other's transition zones: its field is then some dB off
- * (docs/accuracy.md). k in rad/m. */
+/* True where three or more edges of the path in a row lie in each other's transition zones and are not parallel: its field is then
+ * some tenths of a dB off, or more (docs/accuracy.md). k in rad/m. */
 bool path_crowded(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double k);
 /* True where the path is diffracted at an edge by Biot, Tolstoy and Medwin: that edge, which keller_btm takes with all spreading. */
 bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media,

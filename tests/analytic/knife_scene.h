@@ -21,7 +21,8 @@ Knife knife_of_row(const Table *t);
 /* The field over the free one, of all paths that touch no other edges than the screens' upper ones: the mean of the co-polar
  * components. paths (may be NULL) counts them: direct, over the first, over the second, over both. */
 double complex knife_total(const Knife *g, int paths[4]);
-/* The same for the one path over all of `edges` (<= 4) screens `spacing` m apart, source and receiver as far from the first and the
- * last, each of which turns it by a hair: at grazing. *crowded (may be NULL): paths that the run says are beyond its formulas. */
-double complex knife_row(int edges, double spacing, double frequency, uint64_t *crowded);
+/* The same for the one path over all of `edges` screens `spacing` m apart, source and receiver as far from the first and the last, each
+ * of which turns it by a hair: at grazing. Every other screen is turned by `askew` rad about the upright. *crowded (may be NULL): paths
+ * that the run says are beyond its formulas. */
+double complex knife_row(int edges, double spacing, double frequency, double askew, uint64_t *crowded);
 #endif
