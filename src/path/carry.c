@@ -268,13 +268,10 @@ static void over_edges(const PathWave *w, KellerCVec3 e[2])
 /* The slope term of an end; false where the field at the edge hardly changes. */
 static bool slope_over_edges(const PathWave *w, int end, double change, KellerCVec3 e[2])
 {
-    if (w->cascade.count == 1) {
-        over_one(w, &(Variation){.slope = true, .end = end}, e);
-        return true;
-    }
     double part = (change - path_even) / (path_uneven - path_even);
     if (!(part > 0)) return false;
-    chain_slope(w, end, e);
+    if (w->cascade.count == 1) over_one(w, &(Variation){.slope = true, .end = end}, e);
+    else chain_slope(w, end, e);
     for (int j = 0; j < 2 && part < 1; j++) e[j] = weighted_sum(part, e[j], 0, e[j]);
     return true;
 }

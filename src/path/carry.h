@@ -31,13 +31,14 @@ void path_carry(const PathWave *wave, double complex transfer[4]);
 
 /* What the derivative of an antenna's pattern at one end (0: transmitter, 1: receiver) takes the place of the pattern with: of its
  * components by the angle about the axis, growing as its ray turns towards growing azimuth at the edge, and for components along
- * theta-hat and phi-hat of the path's direction. `change`: how much of itself the pattern changes over the zone: over several edges
- * less than path_even does not count. */
+ * theta-hat and phi-hat of the path's direction. `change`: how much of itself the pattern changes over the zone. Less than path_even does
+ * not count. */
 void path_carry_slope(const PathWave *wave, int end, double change, double complex slope[4]);
 
 /* v turned about the end's axis, as its ray turns by `angle` (rad) towards growing azimuth at the edge. */
 KellerVec3 path_turned(const PathWave *wave, int end, double angle, KellerVec3 v);
 
-/* Over several edges the derivative costs two to six times the field; it comes in by and by from the first change to the second. */
+/* Slopes cost as much as the field, over several edges up to six times as much; they come in by and by from the first change to the
+ * second, below which they are no more than the theory's own error. */
 static const double path_even = 0.005, path_uneven = 0.01;
 #endif
