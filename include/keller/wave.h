@@ -4,6 +4,7 @@
 #define KELLER_WAVE_H
 #include <complex.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include "keller/error.h"
 #include "keller/material.h"
 #include "keller/vec.h"
@@ -58,6 +59,8 @@ void keller_transmission(const KellerMedium *medium, double cos_incidence, doubl
 /* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident
  * field `e` (transverse to `in`). Returns the reflected field, transverse to the mirrored direction. */
 KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
+/* The same of `count` fields of one direction, in their place. */
+void keller_reflect_fields(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, size_t count, KellerCVec3 e[]);
 /* The field that a slab lets through, in the same direction and against free space in its place: the slab's phase takes
  * the place of the phase k d cos(theta) of the free space that it fills, so that a slab of air changes nothing, and the
  * caller's phase goes on over the whole straight ray. Arguments as above; 0 for a half-space or a conductor. */

@@ -63,7 +63,7 @@ static void pass_faces(const PathWave *w, uint32_t from, uint32_t to, Turn *t, K
             continue;
         }
         KellerVec3 in = turn(*t, w->path->leg[i]);
-        for (int j = 0; j < 2; j++) e[j] = keller_reflect_field(medium, f->normal, in, w->k, e[j]);
+        keller_reflect_fields(medium, f->normal, in, w->k, 2, e);
         *t = (Turn){v3_mirror_direction(t->axis, f->normal), -t->angle};
     }
 }
