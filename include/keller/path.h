@@ -135,8 +135,8 @@ typedef struct {
     uint64_t cones, nodes, triangles, valid_paths, dropped_paths;
     uint64_t candidates;          /* sequences looked at for a receiver or a cell */
     uint64_t boundary_paths;      /* of weight below 1: too close to call, so each with its share */
-    uint64_t cornered_paths;      /* of weight below 1/2: on two boundaries at once, where shares are estimates */
-    uint64_t crowded_paths;       /* over four or more edges in each other's transition zones, at the lowest frequency */
+    uint64_t cornered_paths;      /* of them those on two boundaries at once whose shares are estimates: below 1/2, and no power of it */
+    uint64_t crowded_paths;       /* over three or more edges in each other's transition zones that are askew, at the lowest frequency */
     double dropped_ratio;         /* of a pair's dropped paths the sum of |gain|, over its strongest one: the largest */
     double seconds_search, seconds_solve;
     uint32_t threads;

@@ -4,6 +4,7 @@
 #define KELLER_WAVE_H
 #include <complex.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include "keller/error.h"
 #include "keller/material.h"
 #include "keller/vec.h"
@@ -59,6 +60,8 @@ void keller_transmission(const KellerMedium *medium, double cos_incidence, doubl
 /* The field reflected at a surface with unit normal `normal` (either side): incoming unit direction `in`, incident
  * field `e` (transverse to `in`). Returns the reflected field, transverse to the mirrored direction. */
 KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e);
+/* The same of `count` fields of one direction, in their place. */
+void keller_reflect_fields(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, size_t count, KellerCVec3 e[]);
 /* The field that a slab lets through, in the same direction and against free space in its place: the slab's phase takes
  * the place of the phase k d cos(theta) of the free space that it fills, so that a slab of air changes nothing, and the
  * caller's phase goes on over the whole straight ray. Arguments as above; 0 for a half-space or a conductor. */
@@ -139,6 +142,17 @@ typedef struct {
  * receiver transposes the result exactly for KELLER_WEDGE_RECIPROCAL and for n < 1. */
 KellerCVec3 keller_diffract_field(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s,
                                   double k, KellerCVec3 e);
+
+/* What a wave that changes from ray to ray has beside that: `e` is here the derivative of the incident field by the angle (rad) about
+ * the edge by which its ray leaves the source, growing as the ray turns towards growing phi' (its components along beta0' and phi'
+ * of each ray); or, of_receiver, the incident field, and the result is to be multiplied with the derivative of what the receiver makes of
+ * it, by the angle in which it looks, growing towards growing phi. The derivative of the coefficient by that ray's azimuth, of its
+ * terms and of the faces' matrices, times keller_slope_factor: slope diffraction. Other arguments, spreading and phase as above.
+ * Continuous on boundaries. */
+KellerCVec3 keller_diffract_slope(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, double s_in, double s, double k,
+                                  bool of_receiver, KellerCVec3 e);
+/* 1/(jks sin^2 beta0), k in rad/m, `distance` s in m from the source or receiver along the ray; at most 1. */
+double complex keller_slope_factor(double k, double distance, double sin_beta0);
 
 /* ---- air and rain --------------------------------------------------------------------------------------------- */
 

@@ -212,7 +212,7 @@ static void print_statistics(const KellerPrepared *p, const char *reused, const 
         keller_row("beyond the theory", "%llu on two boundaries at once: their shares are estimates, some 3 dB off; move an end by a hair",
                    (unsigned long long)m->work.cornered_paths);
     if (m->work.crowded_paths > 0)
-        keller_row("beyond the theory", "%llu over four or more edges within each other's transition zones: some dB too weak",
+        keller_row("beyond the theory", "%llu over three or more edges, not parallel, within each other's transition zones",
                    (unsigned long long)m->work.crowded_paths);
     keller_row("accelerator", "%s, %u thread%s, %.0f MB at most", m->accelerator_name, m->work.threads,
                m->work.threads == 1 ? "" : "s", peak_memory() / 1e6);

@@ -54,14 +54,15 @@ static uint8_t traits_of(const KellerScene *scene, uint32_t face)
 /* True where all of an edge diffracts, by Biot, Tolstoy and Medwin. */
 static uint32_t whole_edges(const KellerConfig *c) { return c->sound.speed > 0 && c->sound.edges == KELLER_EDGES_BTM; }
 
-enum { ORDERS = 6 };
+enum { ORDERS = 7 };
 
 /* The numbers that must be equal, under the names of the configuration's attributes. */
 static void orders_of(const KellerConfig *c, uint32_t order[ORDERS], const char *name[ORDERS])
 {
-    const uint32_t values[ORDERS] = {c->reflections, c->diffractions, c->transmissions, c->interactions, c->scattering, whole_edges(c)};
+    const uint32_t values[ORDERS] = {c->reflections, c->diffractions, c->transmissions, c->interactions, c->scattering, c->with_scattering,
+                                     whole_edges(c)};
     static const char *const names[ORDERS] = {"reflections", "diffractions", "transmissions", "interactions", "scattering",
-                                              "whole_edges"};
+                                              "with-scattering", "whole_edges"};
     memcpy(order, values, sizeof values);
     memcpy(name, names, sizeof names);
 }
@@ -124,7 +125,8 @@ static KellerStatus check_orders(KellerReader *reader, const char *file, const K
 }
 
 /* A difference of rounding is one: paths are to be those of a run of this configuration to the last bit. */
-static bool same_place(KellerVec3 a, KellerVec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+/* Cells that have no ground to lie over have no z. */
+static bool same_place(KellerVec3 a, KellerVec3 b) { return a.x == b.x && a.y == b.y && (a.z == b.z || (isnan(a.z) && isnan(b.z))); }
 
 static KellerStatus moved(KellerError *error, const KellerConfig *c, int line, const char *file, const char *name, KellerVec3 here,
                           KellerVec3 there)

@@ -58,7 +58,7 @@ static void find_free_ends(const KellerScene *scene, const KellerAccel *accel, K
 
 /* ---- on a boundary ----------------------------------------------------------------------------------------------- */
 
-enum { DIRECTIONS = 4, AROUND = 8 * DIRECTIONS };
+enum { DIRECTIONS = PATH_DIRECTIONS, AROUND = PATH_AROUND };
 
 /* The ways through slabs that positions around the ends see, and how many see each. */
 typedef struct {
@@ -91,6 +91,20 @@ static void see(Surroundings *s)
     s->seen[s->count++] = 1;
 }
 
+void path_around(int i, double step, KellerVec3 a, KellerVec3 b, KellerVec3 *beside_a, KellerVec3 *beside_b)
+{
+    static const KellerVec3 around[DIRECTIONS] = {
+        {0.4118, 0.6903, 0.5949}, {-0.7442, 0.2887, 0.6024}, {0.1621, -0.5353, 0.8290}, {0.8863, -0.3617, 0.2893}};
+    int j = i / 8, k = (j + 1) % DIRECTIONS;
+    if (i & 4) { /* exchanged */
+        int swap = j;
+        j = k;
+        k = swap;
+    }
+    *beside_a = v3_madd(a, around[j], i & 1 ? step : -step);
+    *beside_b = v3_madd(b, around[k], i & 2 ? step : -step);
+}
+
 /* Directions in which a path leaves the transmitter and comes to the receiver. A station on the mirror has a leg of no length,
  * which would lead through it. */
 static void ways_at_ends(KellerVec3 tx, KellerVec3 rx, const KellerPath *path, double rounding, KellerVec3 *ahead,
@@ -117,20 +131,13 @@ static void look_around(const KellerScene *scene, const KellerAccel *accel, Kell
                         size_t count, const KellerStep *steps, uint32_t transmissions, const KellerPath *path, Surroundings *s,
                         KellerAccelWork *work)
 {
-    static const KellerVec3 around[DIRECTIONS] = {
-        {0.4118, 0.6903, 0.5949}, {-0.7442, 0.2887, 0.6024}, {0.1621, -0.5353, 0.8290}, {0.8863, -0.3617, 0.2893}};
     double rounding = greater(path_rounding(scene, tx), path_rounding(scene, rx)), step = path_around_step(scene, path, rounding);
     KellerVec3 ahead = path->leg[0], last = path->leg[path->count];
     ways_at_ends(tx, rx, path, rounding, &ahead, &last);
     s->all = s->count = 0;
     for (int i = 0; i < AROUND; i++) {
-        int j = i / 8, k = (j + 1) % DIRECTIONS;
-        if (i & 4) { /* exchanged */
-            int swap = j;
-            j = k;
-            k = swap;
-        }
-        KellerVec3 t = v3_madd(tx, around[j], i & 1 ? step : -step), r = v3_madd(rx, around[k], i & 2 ? step : -step);
+        KellerVec3 t, r;
+        path_around(i, step, tx, rx, &t, &r);
         PathLeg t_ahead = {.a = t, .b = v3_madd(tx, ahead, 10 * step), .strict = true};
         PathLeg r_back = {.a = r, .b = v3_madd(rx, last, -10 * step), .strict = true};
         bool grazes;
@@ -153,6 +160,9 @@ static bool solve_around(const KellerScene *scene, const KellerAccel *accel, Kel
                          void *context, KellerAccelWork *work)
 {
     Surroundings s;
+    const bool free_ends = ground[0] == KELLER_NONE && ground[1] == KELLER_NONE;
+    if (free_ends && transmissions == 0 && path_several_grazed(scene, accel, tx, rx, path, &path->weight, work))
+        return path->weight > 0 ? found(context, path) : true;
     look_around(scene, accel, tx, rx, ground, count, steps, transmissions, path, &s, work);
     for (uint32_t i = 0; i < s.count; i++) {
         KellerPath whole;

@@ -10,6 +10,13 @@
 
 static bool is_sound(const FieldContext *c) { return c->scene->sound.speed > 0; }
 
+/* On two boundaries at once a weight of 1/4 and so on is that of two that have nothing to do with each other, and right. */
+static bool is_estimate(double weight)
+{
+    int exponent;
+    return weight < 0.5 && frexp(weight, &exponent) != 0.5;
+}
+
 bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pair, KellerSimulationWork *work)
 {
     size_t n = pair->paths.count, F = c->config->frequency_count;
@@ -39,18 +46,9 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
             }
             continue;
         }
-        double complex ft[2], fr[2];
-        keller_antenna_field(&t->antenna, t->orientation, p.leg[0], &ft[0], &ft[1]);
-        keller_antenna_field(&r->antenna, r->orientation, v3_scale(p.leg[p.count], -1), &fr[0], &fr[1]);
         for (size_t f = 0; f < F; f++) {
-            double complex *m = &pair->transfer[(i * F + f) * 4];
-            keller_path_transfer(c->scene, &p, t->position, c->config->frequencies[f],
-                                 c->media + f * c->scene->material_count, m);
-            double k = 2 * M_PI * c->config->frequencies[f] / KELLER_LIGHT_SPEED;
-            double complex arrays = keller_array_factor(&t->antenna, t->orientation, p.leg[0], k) *
-                                    keller_array_factor(&r->antenna, r->orientation, v3_scale(p.leg[p.count], -1), k);
-            double complex g = fr[0] * (m[0] * ft[0] + m[1] * ft[1]) + fr[1] * (m[2] * ft[0] + m[3] * ft[1]);
-            g *= arrays;
+            double complex g = path_gain(c->scene, &p, t, r, c->config->frequencies[f], c->media + f * c->scene->material_count,
+                                         &pair->transfer[(i * F + f) * 4]);
             pair->gain[i * F + f] = g;
             strongest[f] = greater(strongest[f], gain_power(g));
         }
@@ -64,8 +62,8 @@ bool pair_fields(const FieldContext *c, uint32_t tx, uint32_t rx, PairResult *pa
         for (size_t f = 0; f < F && !keep; f++) lost[f] += sqrt(gain_power(pair->gain[i * F + f]));
         if (!keep) continue;
         work->boundary_paths += pair->paths.items[i].weight < 1;
-        work->cornered_paths += pair->paths.items[i].weight < 0.5;
-        if (c->config->diffractions > 3) {
+        work->cornered_paths += is_estimate(pair->paths.items[i].weight);
+        if (c->config->diffractions > 2) {
             KellerPath p;
             path_list_get(&pair->paths, i, &p);
             work->crowded_paths += path_crowded(c->scene, &p, t->position, lowest);

@@ -155,11 +155,9 @@ double path_cascade(const KellerScene *scene, const KellerPath *path, const Path
     if (tube.count == 0) return 1 / path->length;
     double coupling[KELLER_MAX_BENDS];
     couple(&tube, coupling, cascade->along);
-    if (tube.count == 1) { /* a spherical wave comes to the edge */
-        cascade->before = tube.leg[0];
-        cascade->behind = tube.leg[1];
-        return 1 / tube.leg[0];
-    }
+    cascade->before = tube.leg[0];
+    cascade->behind = tube.leg[tube.count];
+    if (tube.count == 1) return 1 / tube.leg[0]; /* a spherical wave comes to the edge */
     double square = spread2(&tube), factor = sqrt(square);
     for (uint32_t i = 0; i < tube.count; i++) {
         Tube other = without(&tube, i);

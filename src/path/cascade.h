@@ -7,7 +7,7 @@
 /* How each diffraction, in order, stands in the tube: see ChainPlace. */
 typedef struct {
     uint32_t count;
-    double before, behind;      /* m: of a single diffraction, the lengths of the path on both sides of the edge */
+    double before, behind;      /* m: the lengths of the path before the first edge and behind the last one */
     ChainPlace place[KELLER_MAX_BENDS]; /* of several */
     double along[KELLER_MAX_BENDS]; /* 1/m: second derivative of the path's length by its place along the edge, over sin^2 beta0, the
                                        places on the other edges being the best ones */

@@ -1,8 +1,8 @@
-/* The field of an exact path: the two transmitted components are carried through every interaction as vectors. */
+/* The field of an exact path, and what antennas make of it. */
 #include <math.h>
 #include <stdlib.h>
 
-#include "path/cascade.h"
+#include "path/carry.h"
 #include "path/field.h"
 #include "path/scatter.h"
 
@@ -34,82 +34,7 @@ KellerStatus keller_media_table(const KellerScene *scene, size_t frequency_count
     return status;
 }
 
-static KellerCVec3 complex_vector(KellerVec3 v) { return (KellerCVec3){v.x, v.y, v.z}; }
 static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
-
-/* Two waves on their way, the transmitted components: behind the first of several edges each is the sum of a chain's parts. */
-typedef struct {
-    double k, fade;             /* rad/m; of edges that end near by */
-    bool chained;               /* behind the first of several edges */
-    KellerCVec3 e[2];
-    Chain chain;
-} Wave;
-
-static void meet_face(const KellerFace *f, KellerInteractionKind kind, KellerVec3 in, const KellerMedium *media, Wave *wave)
-{
-    KellerCVec3 (*through)(const KellerMedium *, KellerVec3, KellerVec3, double, KellerCVec3) =
-        kind == KELLER_REFLECTION ? keller_reflect_field : keller_transmit_field;
-    const KellerMedium *medium = &media[f->material];
-    if (!wave->chained) {
-        for (int j = 0; j < 2; j++) wave->e[j] = through(medium, f->normal, in, wave->k, wave->e[j]);
-        return;
-    }
-    for (int j = 0; j < 2; j++)
-        for (int a = 0; a < 4; a++) {
-            for (int b = 0; b < (wave->chain.edge.edges > 1 ? 4 : 1); b++)
-                wave->chain.whole[j][a][b] = through(medium, f->normal, in, wave->k, wave->chain.whole[j][a][b]);
-            wave->chain.rest[j][a] = through(medium, f->normal, in, wave->k, wave->chain.rest[j][a]);
-        }
-}
-
-static void diffract(const KellerScene *scene, const KellerPath *path, const PathEdge *e, uint32_t number, const Cascade *cascade,
-                     const KellerMedium *media, Wave *wave)
-{
-    KellerWedgeWave wedge = path_edge_wave(scene, path, e, media);
-    KellerVec3 in = path->leg[e->begin], out = path->leg[e->end + 1];
-    /* of two as one the strip's first edge, whichever comes first on the path */
-    uint32_t at = path->step[e->begin].id == e->first ? e->begin : e->end;
-    wave->fade *= path_end_fade(scene, path, at, wave->k * cascade->along[number]);
-    if (cascade->count == 1) {
-        for (int j = 0; j < 2; j++)
-            wave->e[j] = keller_diffract_field(&wedge, in, out, cascade->before, cascade->behind, wave->k, wave->e[j]);
-        return;
-    }
-    if (number > 0) in = v3_scale(path_beside_screen(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
-    if (number + 1 < cascade->count) out = path_beside_screen(scene, path->step[e->end].id, out);
-    if (number > 0) chain_next(&wedge, in, out, cascade->place[number], &wave->chain);
-    else chain_begin(&wedge, in, out, cascade->place[number], wave->k, wave->e, &wave->chain);
-    wave->chained = true;
-}
-
-/* The transfer matrix but for weight, air and phase; false where it is zero. */
-static bool carry(const KellerScene *scene, const KellerPath *path, const PathEdges *edges, KellerVec3 tx, double k,
-                  const KellerMedium *media, double complex transfer[4])
-{
-    if (!(edges->weight > 0)) return false;
-    KellerVec3 theta_tx, phi_tx, theta_rx, phi_rx;
-    keller_spherical_basis(path->leg[0], &theta_tx, &phi_tx);
-    keller_spherical_basis(v3_scale(path->leg[path->count], -1), &theta_rx, &phi_rx);
-    Cascade cascade;
-    Wave wave = {.k = k, .fade = 1, .e = {complex_vector(theta_tx), complex_vector(phi_tx)}};
-    double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
-    uint32_t number = 0;
-    for (uint32_t i = 0; i < path->count; i++) {
-        const KellerStep *step = &path->step[i];
-        if (step->kind == KELLER_DIFFRACTION) {
-            diffract(scene, path, &edges->edge[number], number, &cascade, media, &wave);
-            i = edges->edge[number++].end;
-        } else {
-            meet_face(&scene->faces[step->id], step->kind, path->leg[i], media, &wave);
-        }
-    }
-    for (int j = 0; j < 2; j++) {
-        KellerCVec3 e = wave.chained ? chain_field(&wave.chain, j) : wave.e[j];
-        transfer[0 + j] = spreading * wave.fade * component(e, theta_rx);
-        transfer[2 + j] = spreading * wave.fade * component(e, phi_rx);
-    }
-    return true;
-}
 
 /* ---- scattered paths --------------------------------------------------------------------------------------------------- */
 
@@ -162,31 +87,135 @@ static void scatter(const KellerScene *scene, const KellerPath *path, uint32_t a
     }
 }
 
+/* ---- two edges as one, or by and by as two ---------------------------------------------------------------------------- */
+
+/* The path's wave with edges of strips as one, and as two; part[i] is the share of each. */
+typedef struct {
+    PathWave wave[2];
+    double part[2];
+    double complex common;      /* weight, air, phase, lambda/4 pi */
+} Waves;
+
+static void find_waves(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency, const KellerMedium *media,
+                       Waves *w)
+{
+    double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
+    const double one = path_one_edge * lambda, two = path_two_edges * lambda;
+    double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
+    w->common = path->weight * absorbed * lambda / (4 * M_PI) * cexp(-I * fmod(k * path->length, 2 * M_PI));
+    w->part[0] = 1;
+    w->part[1] = 0;
+    w->wave[0] = path_wave(scene, path, two, tx, k, media);
+    if (!(w->wave[0].edges.widest > one)) return;
+    w->part[0] = (two - w->wave[0].edges.widest) / (two - one);
+    w->part[1] = 1 - w->part[0];
+    w->wave[1] = path_wave(scene, path, one, tx, k, media);
+}
+
+static void transfer_of(const Waves *w, double complex transfer[4])
+{
+    double complex t[2][4] = {{0}};
+    path_carry(&w->wave[0], t[0]);
+    if (w->part[1] > 0) path_carry(&w->wave[1], t[1]);
+    for (int i = 0; i < 4; i++)
+        transfer[i] = w->common * (w->part[1] > 0 ? w->part[0] * t[0][i] + w->part[1] * t[1][i] : t[0][i]);
+}
+
 void keller_path_transfer(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
                           const KellerMedium *media, double complex transfer[4])
 {
-    double lambda = KELLER_LIGHT_SPEED / frequency, k = 2 * M_PI / lambda;
+    double lambda = KELLER_LIGHT_SPEED / frequency;
     KellerPath half[2];
     uint32_t at;
+    Waves waves;
     if (path_halves(path, tx, half, &at)) {
         double complex there[4], on[4];
         keller_path_transfer(scene, &half[0], tx, frequency, media, there);
         keller_path_transfer(scene, &half[1], path->position[at], frequency, media, on);
-        scatter(scene, path, at, k, media, there, on, transfer);
+        scatter(scene, path, at, 2 * M_PI / lambda, media, there, on, transfer);
         for (int i = 0; i < 4; i++) transfer[i] *= path->weight * 4 * M_PI / lambda; /* each half has lambda/4 pi */
+    } else {
+        find_waves(scene, path, tx, frequency, media, &waves);
+        transfer_of(&waves, transfer);
+    }
+}
+
+/* ---- antennas ------------------------------------------------------------------------------------------------------------ */
+
+/* The pattern as a vector, array included. */
+static KellerCVec3 pattern_towards(const KellerStation *s, KellerVec3 d, double k)
+{
+    KellerVec3 theta, phi;
+    double complex f[2], array = keller_array_factor(&s->antenna, s->orientation, d, k);
+    keller_antenna_field(&s->antenna, s->orientation, d, &f[0], &f[1]);
+    keller_spherical_basis(d, &theta, &phi);
+    f[0] *= array;
+    f[1] *= array;
+    return (KellerCVec3){f[0] * theta.x + f[1] * phi.x, f[0] * theta.y + f[1] * phi.y, f[0] * theta.z + f[1] * phi.z};
+}
+
+/* The components along theta-hat and phi-hat of d of the pattern at a ray turned by `angle`, turned back to d. */
+static void pattern_beside(const PathWave *w, int end, const KellerStation *s, KellerVec3 d, double angle, double complex f[2])
+{
+    KellerVec3 basis[2], there = path_turned(w, end, angle, d);
+    keller_spherical_basis(d, &basis[0], &basis[1]);
+    if (s->antenna.pattern == KELLER_ANTENNA_ISOTROPIC) {
+        /* the same in all directions, whatever its direction of the field: the array alone changes */
+        double complex array = keller_array_factor(&s->antenna, s->orientation, there, w->k);
+        keller_antenna_field(&s->antenna, s->orientation, d, &f[0], &f[1]);
+        for (int i = 0; i < 2; i++) f[i] *= array;
         return;
     }
-    const double one = path_one_edge * lambda, two = path_two_edges * lambda;
-    PathEdges edges;
-    double complex t[2][4] = {{0}};
-    path_edges(scene, path, two, &edges);
-    double part = edges.widest > one ? (two - edges.widest) / (two - one) : 1;
-    carry(scene, path, &edges, tx, k, media, t[0]);
-    if (part < 1) {
-        path_edges(scene, path, one, &edges);
-        carry(scene, path, &edges, tx, k, media, t[1]);
+    KellerCVec3 e = pattern_towards(s, there, w->k);
+    for (int i = 0; i < 2; i++) f[i] = component(e, path_turned(w, end, angle, basis[i]));
+}
+
+/* What the antenna's change from ray to ray adds at one end: g is the pattern at the other. */
+static double complex slope_gain(const Waves *waves, int end, const KellerStation *s, const double complex g[2])
+{
+    if (s->antenna.pattern == KELLER_ANTENNA_ISOTROPIC && s->antenna.element_count == 0) return 0;
+    double complex sum = 0;
+    for (int one = 0; one < 2 && waves->part[one] > 0; one++) {
+        const PathWave *w = &waves->wave[one];
+        if (!(w->spreading > 0) || w->edges.count == 0) continue;
+        KellerVec3 d = end == 0 ? w->path->leg[0] : v3_scale(w->path->leg[w->path->count], -1);
+        double h = w->end[end].zone;
+        double complex more[2], less[2], f[2], slope[4];
+        pattern_beside(w, end, s, d, h, more);
+        pattern_beside(w, end, s, d, -h, less);
+        for (int i = 0; i < 2; i++) f[i] = (more[i] - less[i]) / (2 * sin(h));
+        double all = hypot(cabs(more[0]), cabs(more[1])) + hypot(cabs(less[0]), cabs(less[1]));
+        if (!(all > 0)) continue;
+        path_carry_slope(w, end, 2 * h * hypot(cabs(f[0]), cabs(f[1])) / all, slope);
+        for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 2; j++)
+                sum += waves->part[one] * slope[2 * i + j] * (end == 0 ? g[i] * f[j] : f[i] * g[j]);
     }
-    double absorbed = pow(10, -keller_air_loss(&scene->air, frequency) * path->length / 20);
-    double complex common = path->weight * absorbed * lambda / (4 * M_PI) * cexp(-I * fmod(k * path->length, 2 * M_PI));
-    for (int i = 0; i < 4; i++) transfer[i] = common * (part < 1 ? part * t[0][i] + (1 - part) * t[1][i] : t[0][i]);
+    return waves->common * sum;
+}
+
+double complex path_gain(const KellerScene *scene, const KellerPath *path, const KellerStation *tx, const KellerStation *rx,
+                         double frequency, const KellerMedium *media, double complex transfer[4])
+{
+    double k = 2 * M_PI * frequency / KELLER_LIGHT_SPEED;
+    KellerVec3 out = path->leg[0], in = v3_scale(path->leg[path->count], -1);
+    double complex t[2], r[2], at_tx = keller_array_factor(&tx->antenna, tx->orientation, out, k);
+    double complex at_rx = keller_array_factor(&rx->antenna, rx->orientation, in, k);
+    keller_antenna_field(&tx->antenna, tx->orientation, out, &t[0], &t[1]);
+    keller_antenna_field(&rx->antenna, rx->orientation, in, &r[0], &r[1]);
+    Waves waves;
+    if (path->patch > 0) {
+        keller_path_transfer(scene, path, tx->position, frequency, media, transfer);
+    } else {
+        find_waves(scene, path, tx->position, frequency, media, &waves);
+        transfer_of(&waves, transfer);
+    }
+    double complex gain = r[0] * (transfer[0] * t[0] + transfer[1] * t[1]) + r[1] * (transfer[2] * t[0] + transfer[3] * t[1]);
+    gain *= at_tx * at_rx;
+    if (path->patch > 0 || waves.wave[0].edges.count == 0) return gain;
+    for (int i = 0; i < 2; i++) {
+        t[i] *= at_tx;
+        r[i] *= at_rx;
+    }
+    return gain + slope_gain(&waves, 0, tx, r) + slope_gain(&waves, 1, rx, t);
 }

@@ -1,4 +1,4 @@
-/* Fields of sound along paths. */
+/* Fields along paths. */
 #ifndef KELLER_PATH_FIELD_H
 #define KELLER_PATH_FIELD_H
 #include "keller/sound.h"
@@ -10,6 +10,11 @@ static inline double path_wave_speed(const KellerScene *scene)
     return scene->sound.speed > 0 ? scene->sound.speed : KELLER_LIGHT_SPEED;
 }
 
+/* The gain of a path between stations (SPEC 1), its transfer matrix beside it: antennas times transfer, and, of paths over edges, what
+ * the change of the antennas' patterns across the first and the last edge adds (docs/theory.md). */
+double complex path_gain(const KellerScene *scene, const KellerPath *path, const KellerStation *tx, const KellerStation *rx,
+                         double frequency, const KellerMedium *media, double complex transfer[4]);
+
 /* The pressure at the end of a path over the free-field pressure at 1 m, in a scene of sound: weight, spreading, air and phase
  * included, directivities not. */
 double complex path_pressure(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double frequency,
@@ -20,8 +25,8 @@ double complex path_pressure_slow(const KellerScene *scene, const KellerPath *pa
                                   const KellerMedium *media, bool edges);
 /* The ways of a scattered path to its patch, in step *at, and from there on, each a path of its own; false: it is not scattered. */
 bool path_halves(const KellerPath *path, KellerVec3 tx, KellerPath half[2], uint32_t *at);
-/* True where four or more edges of the path in a row lie in each other's transition zones: its field is then some dB off
- * (docs/accuracy.md). k in rad/m. */
+/* True where three or more edges of the path in a row lie in each other's transition zones and are not parallel: its field is then
+ * some tenths of a dB off, or more (docs/accuracy.md). k in rad/m. */
 bool path_crowded(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, double k);
 /* True where the path is diffracted at an edge by Biot, Tolstoy and Medwin: that edge, which keller_btm takes with all spreading. */
 bool path_rigid_edge(const KellerScene *scene, const KellerPath *path, KellerVec3 tx, const KellerMedium *media,

@@ -74,6 +74,14 @@ typedef struct {
 /* Where the line from a to b, at *t of the way, crosses the face's plane: the end or start where that is beyond it. */
 KellerVec3 path_crossing(const KellerScene *scene, uint32_t face, KellerVec3 a, KellerVec3 b, double *t);
 
+enum { PATH_MAX_GRAZES = 16 };
+
+/* Where a leg grazes edges, in parts of its length; more than there is room for are not counted. */
+typedef struct {
+    uint32_t count;
+    double at[PATH_MAX_GRAZES];
+} Grazes;
+
 /* A straight leg from a to b. Planes listed in skip[0], skip[1] (ids as in KellerFace) hold a or b: what is in them is not in
  * the way. strict: hits on edges are decided by sign alone, each for exactly one side. Else a leg that only grazes edges
  * (within KELLER_BOUNDARY_ANGLE, or rounding) counts as free of their triangles. */
@@ -85,6 +93,7 @@ typedef struct {
     bool strict;
     KellerVec3 lift;            /* m: obstacles are met as if the leg were shifted by so much. A leg along a face, between two of
                                    its edges, lies just above it: what stands on the face is in the way, what is below is not */
+    Grazes *grazes;             /* not strict: every edge that is grazed is written here, may be NULL */
 } PathLeg;
 
 /* Appends every slab that the leg passes through, in order along it: a face once, where the leg crosses one of its inner

@@ -81,6 +81,7 @@ static bool visit(void *context, uint32_t id)
     }
     if (positive && negative) return false;
     test->grazes = test->grazes || near_edge;
+    if (near_edge && leg->grazes && leg->grazes->count < PATH_MAX_GRAZES) leg->grazes->at[leg->grazes->count++] = at;
     return !near_edge && meet(test, id);
 }
 

@@ -48,6 +48,7 @@ static double complex diffracted(const KellerScene *scene, const KellerPath *pat
     if (!(edges->weight > 0)) return 0;
     Cascade cascade;
     SoundChain chain;
+    SoundRow row;
     double spreading = edges->weight * path_cascade(scene, path, edges, tx, &cascade);
     for (uint32_t number = 0; number < cascade.count; number++) {
         const PathEdge *e = &edges->edge[number];
@@ -60,7 +61,7 @@ static double complex diffracted(const KellerScene *scene, const KellerPath *pat
         if (number > 0) in = v3_scale(path_beside_screen(scene, path->step[e->begin].id, v3_scale(in, -1)), -1);
         if (number + 1 < cascade.count) out = path_beside_screen(scene, path->step[e->end].id, out);
         if (number > 0) sound_chain_next(&wedge, in, out, cascade.place[number], &chain);
-        else sound_chain_begin(&wedge, in, out, cascade.place[number], k, &chain);
+        else sound_chain_begin(&wedge, in, out, cascade.place[number], k, cascade.count < CHAIN_ROW ? NULL : &row, &chain);
     }
     return cascade.count > 0 ? spreading * sound_chain_pressure(&chain) : spreading;
 }

@@ -164,8 +164,7 @@ static Along along_of(const Sequence *s, const KellerPath *path, size_t leg, dou
     return a;
 }
 
-/* The planes in which a step's point is. */
-static const uint32_t *planes_of(const KellerScene *scene, const KellerStep *step, size_t *count)
+const uint32_t *path_planes_of(const KellerScene *scene, const KellerStep *step, size_t *count)
 {
     *count = 1;
     if (step->kind == KELLER_REFLECTION) return &scene->faces[step->id].plane;
@@ -221,8 +220,8 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
         leg.a = i > 0 ? path->position[i - 1] : tx;
         leg.b = i < count ? path->position[i] : rx;
         for (int end = 0; end < 2; end++) leg.skip[end] = &ground[end], leg.skip_count[end] = ground[end] != KELLER_NONE;
-        if (i > 0) leg.skip[0] = planes_of(scene, &steps[i - 1], &leg.skip_count[0]);
-        if (i < count) leg.skip[1] = planes_of(scene, &steps[i], &leg.skip_count[1]);
+        if (i > 0) leg.skip[0] = path_planes_of(scene, &steps[i - 1], &leg.skip_count[0]);
+        if (i < count) leg.skip[1] = path_planes_of(scene, &steps[i], &leg.skip_count[1]);
         Along along = along_of(&s, path, i, rounding);
         uint32_t passed = crossings->count;
         leg.lift = along.lift;

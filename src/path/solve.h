@@ -1,5 +1,5 @@
 /* The parts of the exact solution: where points lie (place.c), the points of one sequence and its validity (solve.c), and
- * what is exactly on a boundary (around.c). */
+ * what is exactly on a boundary (around.c, grazing.c). */
 #ifndef KELLER_PATH_SOLVE_H
 #define KELLER_PATH_SOLVE_H
 #include "path/internal.h"
@@ -39,6 +39,11 @@ KellerVec3 path_lift(const KellerWedge *wedge, KellerVec3 v, double rounding);
 /* How far the positions are that decide what is exactly on a boundary, m: beyond rounding, too near for anything else. */
 double path_around_step(const KellerScene *scene, const KellerPath *path, double rounding);
 
+enum { PATH_DIRECTIONS = 4, PATH_AROUND = 8 * PATH_DIRECTIONS };
+
+/* The i-th (< PATH_AROUND) of the pairs of positions around a and b. They come in opposite pairs, and exchanging a and b exchanges them. */
+void path_around(int i, double step, KellerVec3 a, KellerVec3 b, KellerVec3 *beside_a, KellerVec3 *beside_b);
+
 /* Does the wave of this path, reflected in step i at the border of its face, run along one face up to its border with
  * another? No share of it can be said to reflect there. */
 bool path_runs_along_border(const KellerScene *scene, const KellerAccel *accel, const KellerPath *path, size_t i,
@@ -56,6 +61,14 @@ bool path_solve_sequence(const KellerScene *scene, const KellerAccel *accel, Kel
 bool path_solve_on(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const uint32_t ground[2],
                    size_t count, const KellerStep *steps, uint32_t transmissions, KellerPathFound found, void *context,
                    KellerAccelWork *work);
+/* The planes in which a step's point is. */
+const uint32_t *path_planes_of(const KellerScene *scene, const KellerStep *step, size_t *count);
+
+/* The weight of a path without slabs whose legs graze several edges, one after the other, and that is on no other boundary. The waves
+ * over the edges make good for each of them by itself, so each has its own share: the product, 1/4 for two. False: not such a path. An edge
+ * that follows another across a face, along which the leg runs, is no other boundary than that. */
+bool path_several_grazed(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const KellerPath *path,
+                         double *weight, KellerAccelWork *work);
 
 /* *whole: the path with the slabs on its legs as steps among the others. Together they are at most KELLER_MAX_INTERACTIONS. */
 void path_insert(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, const KellerPath *path, const Crossings *crossings,

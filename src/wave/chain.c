@@ -30,17 +30,44 @@ static void describe(const KellerWedgeWave *wedge, const EdgeRays *rays, double 
     chain_edge(wedge->n, rays->diffracted.phi, rays->incident.phi, rays->sin_beta0, distance, k, e);
 }
 
-void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, const KellerCVec3 e[2],
-                 Chain *c)
+static double complex component(KellerCVec3 e, KellerVec3 along) { return e.x * along.x + e.y * along.y + e.z * along.z; }
+
+/* The edge joins the row; its matrices in term[], its coupling in `place`. */
+static void join_row(ChainRow *row, const EdgeRays *rays, const UtdTerm term[4], const Matrix matrix[4], ChainPlace place)
 {
-    EdgeRays rays = dyad_rays(wedge, in, out);
+    RowEdge *e = &row->edge[row->count];
+    const KellerVec3 in[2] = {rays->incident.beta_hat, rays->incident.phi_hat};
+    memcpy(e->term, term, sizeof e->term);
+    memcpy(e->matrix, matrix, sizeof e->matrix);
+    e->coupling = place.coupling;
+    for (int c = 0; c < 2 && row->count > 0; c++)
+        for (int d = 0; d < 2; d++) e->from.m[c][d] = component(row->carried[d], in[c]);
+    KellerVec3 b = rays->diffracted.beta_hat, p = rays->diffracted.phi_hat;
+    row->carried[0] = (KellerCVec3){b.x, b.y, b.z};
+    row->carried[1] = (KellerCVec3){p.x, p.y, p.z};
+    row->count++;
+}
+
+void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, const KellerCVec3 e[2],
+                 ChainRow *row, Chain *c)
+{
     Matrix matrix[4];
-    describe(wedge, &rays, place.distance, k, &c->edge);
-    dyad_matrices(wedge, &rays, CHAIN_BLEND, k, matrix);
+    c->rays = dyad_rays(wedge, in, out);
+    c->row = row;
+    describe(wedge, &c->rays, place.distance, k, &c->edge);
+    dyad_matrices(wedge, &c->rays, CHAIN_BLEND, k, matrix);
     memset(c->whole, 0, sizeof c->whole);
     memset(c->rest, 0, sizeof c->rest);
     for (int j = 0; j < 2; j++)
-        for (int b = 0; b < 4; b++) c->whole[j][b][0] = dyad_apply(&rays, &matrix[b], e[j]);
+        for (int b = 0; b < 4; b++) c->whole[j][b][0] = dyad_apply(&c->rays, &matrix[b], e[j]);
+    if (!row) return;
+    row->count = 0;
+    join_row(row, &c->rays, c->edge.term, matrix, place);
+    for (int j = 0; j < 2; j++) {
+        row->start[j][0] = component(e[j], c->rays.incident.beta_hat);
+        row->start[j][1] = component(e[j], c->rays.incident.phi_hat);
+    }
+    memcpy(row->product, c->whole, sizeof row->product);
 }
 
 /* A term of the edge before with one of this edge. */
@@ -107,12 +134,27 @@ void chain_link(const ChainEdge *before, double coupling, ChainEdge *here, Chain
     }
 }
 
+/* The products of terms alone, as chain_next has them. */
+static void next_products(const ChainEdge *before, const ChainLink *link, const EdgeRays *rays, const Matrix matrix[4], ChainRow *row)
+{
+    KellerCVec3 last[2][4][4];
+    memcpy(last, row->product, sizeof last);
+    for (int j = 0; j < 2; j++)
+        for (int n = 0; n < 4; n++)
+            for (int b = 0; b < 4; b++) {
+                KellerCVec3 sum = {0, 0, 0};
+                double complex value = link->ratio[b][n] * chain_value(&before->term[b]);
+                for (int a = 0; a < 4; a++) sum = plus(sum, link->triple[b][a][n] * value, last[j][b][a]);
+                row->product[j][n][b] = dyad_apply(rays, &matrix[n], sum);
+            }
+}
+
 void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *c)
 {
-    EdgeRays rays = dyad_rays(wedge, in, out);
     Matrix matrix[4];
     Chain before = *c;
     ChainLink link;
+    EdgeRays rays = c->rays = dyad_rays(wedge, in, out);
     describe(wedge, &rays, place.distance, before.edge.k, &c->edge);
     chain_link(&before.edge, place.coupling, &c->edge, &link);
     dyad_matrices(wedge, &rays, CHAIN_BLEND, before.edge.k, matrix);
@@ -131,14 +173,36 @@ void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, Cha
             }
             c->rest[j][n] = dyad_apply(&rays, &matrix[n], rest[j][n]);
         }
+    if (!c->row) return;
+    next_products(&before.edge, &link, &rays, matrix, c->row);
+    join_row(c->row, &rays, c->edge.term, matrix, place);
 }
 
-KellerCVec3 chain_field(const Chain *c, int wave)
+/* The products of terms with the function of all edges, in place of those of two and three. */
+static void take_row(const Chain *c, KellerCVec3 e[2])
 {
-    KellerCVec3 e = {0, 0, 0};
-    for (int b = 0; b < 4; b++) {
-        for (int a = 0; a < 4; a++) e = plus(e, chain_value(&c->edge.term[b]), c->whole[wave][b][a]);
-        e = plus(e, 1, c->rest[wave][b]);
+    double complex field[2][2];
+    double share = row_share(c->row->edge, c->row->count);
+    memcpy(field, c->row->start, sizeof field);
+    if (!(share > 0) || !row_field(c->row->edge, c->row->count, field)) return;
+    for (int j = 0; j < 2; j++) {
+        for (int b = 0; b < 4; b++)
+            for (int a = 0; a < 4; a++) e[j] = plus(e[j], -share * chain_value(&c->edge.term[b]), c->row->product[j][b][a]);
+        for (int d = 0; d < 2; d++) {
+            KellerVec3 v = d ? c->rays.diffracted.phi_hat : c->rays.diffracted.beta_hat;
+            e[j] = plus(e[j], share * field[j][d], (KellerCVec3){v.x, v.y, v.z});
+        }
     }
-    return e;
+}
+
+void chain_fields(const Chain *c, KellerCVec3 e[2])
+{
+    for (int j = 0; j < 2; j++) {
+        e[j] = (KellerCVec3){0, 0, 0};
+        for (int b = 0; b < 4; b++) {
+            for (int a = 0; a < 4; a++) e[j] = plus(e[j], chain_value(&c->edge.term[b]), c->whole[j][b][a]);
+            e[j] = plus(e[j], 1, c->rest[j][b]);
+        }
+    }
+    if (c->row) take_row(c, e);
 }

@@ -3,6 +3,7 @@
 #ifndef KELLER_WAVE_CHAIN_H
 #define KELLER_WAVE_CHAIN_H
 #include "wave/pair.h"
+#include "wave/row.h"
 #include "wave/utd.h"
 
 /* How one edge stands in the chain. */
@@ -47,7 +48,19 @@ static inline double complex chain_value(const UtdTerm *term) { return term->on_
  * functions with the terms of another edge. Far from the boundaries, which are pi off. */
 #define CHAIN_BLEND 0.1
 
+/* Functions of two and of three edges at a time are exact for three edges. From here on a ChainRow has that of all of them. */
+enum { CHAIN_ROW = 4 };
+
 /* ---- of waves with two components ---------------------------------------------------------------------------------- */
+
+/* A long chain's edges, for the function of all of them, and what of the chain's field it takes the place of. */
+typedef struct {
+    uint32_t count;
+    RowEdge edge[ROW_EDGES];
+    double complex start[2][2]; /* what comes to the first edge, as row_field has it */
+    KellerCVec3 carried[2];     /* beta0-hat and phi-hat behind the last edge so far; to be taken between edges as the rest of the chain */
+    KellerCVec3 product[2][4][4]; /* of Chain.whole the part without slopes; likewise */
+} ChainRow;
 
 /* The fields of two waves (j) behind the last edge so far, by the term (b) of its coefficient and the one (a) of the edge before:
  * term[b].value times the sum of whole[j][b][a], plus rest[j][b]. Between edges each of these vectors is to be taken through what the
@@ -55,26 +68,38 @@ static inline double complex chain_value(const UtdTerm *term) { return term->on_
 typedef struct {
     ChainEdge edge;
     KellerCVec3 whole[2][4][4], rest[2][4];
+    EdgeRays rays;              /* at the last edge */
+    ChainRow *row;              /* or NULL */
 } Chain;
 
-/* The first edge: unit directions `in` and `out`, incident fields e (transverse to `in`). No spreading. */
+/* The first edge: unit directions `in` and `out`, incident fields e (transverse to `in`). No spreading. `row`: of a chain of CHAIN_ROW
+ * edges or more (at most ROW_EDGES), to be filled, else NULL. */
 void chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, const KellerCVec3 e[2],
-                 Chain *chain);
+                 ChainRow *row, Chain *chain);
 
 /* The next edge. */
 void chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, Chain *chain);
 
-KellerCVec3 chain_field(const Chain *chain, int wave);
+/* Both waves behind the last edge. */
+void chain_fields(const Chain *chain, KellerCVec3 e[2]);
 
 /* ---- of sound ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t count;
+    RowEdge edge[ROW_EDGES];
+    double complex product[4][4];
+} SoundRow;
 
 /* The same for a pressure that is 1 before the first edge. */
 typedef struct {
     ChainEdge edge;
     double complex whole[4][4], rest[4];
+    SoundRow *row;
 } SoundChain;
 
-void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundChain *chain);
+void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundRow *row,
+                       SoundChain *chain);
 void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, SoundChain *chain);
 double complex sound_chain_pressure(const SoundChain *chain);
 #endif

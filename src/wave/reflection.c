@@ -145,7 +145,7 @@ static void incidence_basis(KellerVec3 normal, KellerVec3 in, KellerVec3 *perpen
     *parallel = v3_cross(*perpendicular, in);
 }
 
-KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e)
+void keller_reflect_fields(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, size_t count, KellerCVec3 e[])
 {
     double complex te, tm;
     keller_reflection(medium, fabs(v3_dot(in, normal)), k, &te, &tm);
@@ -155,9 +155,17 @@ KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, 
     /* A conductor takes e to -e_tangential + e_normal, which is minus the mirror image; with R_TM = +1 for it, the
      * parallel unit vector of the reflected wave is minus the mirrored one of the incident wave. */
     KellerVec3 mirrored = v3_mirror_direction(parallel, normal);
-    double complex a = te * dot(e, perpendicular), b = -tm * dot(e, parallel);
-    return (KellerCVec3){a * perpendicular.x + b * mirrored.x, a * perpendicular.y + b * mirrored.y,
-                         a * perpendicular.z + b * mirrored.z};
+    for (size_t i = 0; i < count; i++) {
+        double complex a = te * dot(e[i], perpendicular), b = -tm * dot(e[i], parallel);
+        e[i] = (KellerCVec3){a * perpendicular.x + b * mirrored.x, a * perpendicular.y + b * mirrored.y,
+                             a * perpendicular.z + b * mirrored.z};
+    }
+}
+
+KellerCVec3 keller_reflect_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e)
+{
+    keller_reflect_fields(medium, normal, in, k, 1, &e);
+    return e;
 }
 
 KellerCVec3 keller_transmit_field(const KellerMedium *medium, KellerVec3 normal, KellerVec3 in, double k, KellerCVec3 e)

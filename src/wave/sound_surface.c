@@ -111,7 +111,17 @@ double complex keller_sound_diffraction(const KellerWedgeWave *wedge, KellerVec3
 
 /* ---- edges in a row ------------------------------------------------------------------------------------------------------ */
 
-void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundChain *c)
+/* A pressure has one component; dyads are minus their matrices. */
+static void join_row(SoundRow *row, const UtdTerm term[4], const double complex factor[4], ChainPlace place)
+{
+    RowEdge *e = &row->edge[row->count++];
+    *e = (RowEdge){.from = {{{1, 0}, {0, 0}}}, .coupling = place.coupling};
+    memcpy(e->term, term, sizeof e->term);
+    for (int b = 0; b < 4; b++) e->matrix[b].m[0][0] = -factor[b];
+}
+
+void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, double k, SoundRow *row,
+                       SoundChain *c)
 {
     Rays r = rays_of(wedge, in, out);
     chain_edge(wedge->n, r.phi, r.phi_in, r.sin_beta0, place.distance, k, &c->edge);
@@ -120,6 +130,24 @@ void sound_chain_begin(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 o
     memset(c->whole, 0, sizeof c->whole);
     memset(c->rest, 0, sizeof c->rest);
     for (int b = 0; b < 4; b++) c->whole[b][0] = factor[b];
+    c->row = row;
+    if (!row) return;
+    row->count = 0;
+    join_row(row, c->edge.term, factor, place);
+    memcpy(row->product, c->whole, sizeof row->product);
+}
+
+/* The products of terms alone, as sound_chain_next has them. */
+static void next_products(const ChainEdge *before, const ChainLink *link, const double complex factor[4], SoundRow *row)
+{
+    double complex last[4][4];
+    memcpy(last, row->product, sizeof last);
+    for (int n = 0; n < 4; n++)
+        for (int b = 0; b < 4; b++) {
+            double complex sum = 0;
+            for (int a = 0; a < 4; a++) sum += link->triple[b][a][n] * last[b][a];
+            row->product[n][b] = factor[n] * link->ratio[b][n] * chain_value(&before->term[b]) * sum;
+        }
 }
 
 void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 out, ChainPlace place, SoundChain *c)
@@ -142,14 +170,21 @@ void sound_chain_next(const KellerWedgeWave *wedge, KellerVec3 in, KellerVec3 ou
             c->whole[n][b] = factor[n] * link.ratio[b][n] * whole;
         }
     }
+    if (!c->row) return;
+    next_products(&before.edge, &link, factor, c->row);
+    join_row(c->row, c->edge.term, factor, place);
 }
 
 double complex sound_chain_pressure(const SoundChain *c)
 {
-    double complex p = 0;
+    double complex p = 0, product = 0, field[2][2] = {{1, 0}, {0, 0}};
     for (int b = 0; b < 4; b++) {
         for (int a = 0; a < 4; a++) p += chain_value(&c->edge.term[b]) * c->whole[b][a];
         p += c->rest[b];
     }
-    return p;
+    double share = c->row ? row_share(c->row->edge, c->row->count) : 0;
+    if (!(share > 0) || !row_field(c->row->edge, c->row->count, field)) return p;
+    for (int b = 0; b < 4; b++)
+        for (int a = 0; a < 4; a++) product += chain_value(&c->edge.term[b]) * c->row->product[b][a];
+    return p + share * (field[0][0] - product);
 }

@@ -9,11 +9,12 @@
 
 #define WIDE 20000.0 /* m */
 
-static void screen(KellerSoup *soup, KellerVec3 top)
+static void screen(KellerSoup *soup, KellerVec3 top, double askew)
 {
+    double x = WIDE * tan(askew);
     soup_object(soup, "screen");
-    soup_quad(soup, v3_add(top, v3(0, -WIDE, 0)), v3_add(top, v3(0, WIDE, 0)), v3_add(top, v3(0, WIDE, -WIDE)),
-              v3_add(top, v3(0, -WIDE, -WIDE)), CONDUCTOR);
+    soup_quad(soup, v3_add(top, v3(-x, -WIDE, 0)), v3_add(top, v3(x, WIDE, 0)), v3_add(top, v3(x, WIDE, -WIDE)),
+              v3_add(top, v3(-x, -WIDE, -WIDE)), CONDUCTOR);
 }
 
 /* bend_1 = a h_1 - h_2/d_2, bend_2 = b h_2 - h_1/d_2 */
@@ -27,13 +28,13 @@ void knife_raise(Knife *g)
 
 Knife knife_of_row(const Table *t)
 {
-    const double flat = 0.05, hair = 1e-8; /* rad */
+    const double flat = 0.05; /* rad */
     Knife g = {.d = {table_number(t, "d1"), table_number(t, "d2"), table_number(t, "d3")},
                   .bend = {table_number(t, "alpha1_rad"), table_number(t, "alpha2_rad")},
                   .frequency = table_number(t, "f_Hz") * KELLER_LIGHT_SPEED / table_number(t, "c")};
     double shrink = fmin(1, flat / fmax(fabs(g.bend[0]), fabs(g.bend[1])));
     g.frequency /= shrink * shrink;
-    for (int i = 0; i < 2; i++) g.bend[i] = g.bend[i] == 0 ? hair : g.bend[i] * shrink;
+    for (int i = 0; i < 2; i++) g.bend[i] *= shrink;
     knife_raise(&g);
     return g;
 }
@@ -46,7 +47,7 @@ double complex knife_total(const Knife *g, int paths[4])
     KellerVec3 tx = v3(-g->d[0], 0, 0), rx = v3(g->d[1] + g->d[2], g->along, 0);
     KellerVec3 top[2] = {v3(0, 0, g->h[0]), v3(g->d[1], 0, g->h[1])};
     KellerSoup soup = soup_new();
-    for (int i = 0; i < 2; i++) screen(&soup, top[i]);
+    for (int i = 0; i < 2; i++) screen(&soup, top[i], 0);
     KellerScene scene = scene_of(&soup);
     Run run = run_new(&tx, 1, &rx, 0, 2, 2);
     run.frequency[0] = g->frequency;
@@ -73,13 +74,13 @@ double complex knife_total(const Knife *g, int paths[4])
     return sum / free_space;
 }
 
-double complex knife_row(int edges, double spacing, double frequency, uint64_t *crowded)
+double complex knife_row(int edges, double spacing, double frequency, double askew, uint64_t *crowded)
 {
     const double hair = 1e-8; /* rad */
     KellerVec3 tx = v3(0, 0, 0), rx = v3((edges + 1) * spacing, 0, 0);
     KellerSoup soup = soup_new();
     /* (2 h_i - h_(i-1) - h_(i+1))/spacing = hair */
-    for (int i = 1; i <= edges; i++) screen(&soup, v3(i * spacing, 0, 0.5 * hair * spacing * i * (edges + 1 - i)));
+    for (int i = 1; i <= edges; i++) screen(&soup, v3(i * spacing, 0, 0.5 * hair * spacing * i * (edges + 1 - i)), i % 2 ? 0 : askew);
     KellerScene scene = scene_of(&soup);
     Run run = run_new(&tx, 1, &rx, 0, (uint32_t)edges, (uint32_t)edges);
     run.frequency[0] = frequency;

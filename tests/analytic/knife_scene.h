@@ -16,13 +16,13 @@ typedef struct {
 /* Heights for the bends. */
 void knife_raise(Knife *g);
 /* A row of e_double_knife.csv. Some of its angles are no small ones: those are flattened to 0.05 rad, which with a frequency that
- * grows as the square leaves the table's loss as it is. Where an edge is in the line of sight from its neighbours, it is moved
- * out of it by a hair, 1e-8 rad, since the shares of paths on two boundaries at once are estimates. */
+ * grows as the square leaves the table's loss as it is. Edges in the line of sight from their neighbours stay there, exactly. */
 Knife knife_of_row(const Table *t);
 /* The field over the free one, of all paths that touch no other edges than the screens' upper ones: the mean of the co-polar
  * components. paths (may be NULL) counts them: direct, over the first, over the second, over both. */
 double complex knife_total(const Knife *g, int paths[4]);
-/* The same for the one path over all of `edges` (<= 4) screens `spacing` m apart, source and receiver as far from the first and the
- * last, each of which turns it by a hair: at grazing. *crowded (may be NULL): paths that the run says are beyond its formulas. */
-double complex knife_row(int edges, double spacing, double frequency, uint64_t *crowded);
+/* The same for the one path over all of `edges` screens `spacing` m apart, source and receiver as far from the first and the last, each
+ * of which turns it by a hair: at grazing. Every other screen is turned by `askew` rad about the upright. *crowded (may be NULL): paths
+ * that the run says are beyond its formulas. */
+double complex knife_row(int edges, double spacing, double frequency, double askew, uint64_t *crowded);
 #endif

@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "keller/wave.h"
+#include "wave/row.h"
 
 static const double complex turn = M_SQRT1_2 * (1 + I);
 
@@ -191,6 +192,73 @@ static void three_and_two(void **state)
             }
 }
 
+/* ---- any number of edges -------------------------------------------------------------------------------------------- */
+
+/* One term an edge counts, on the side `side` of its boundary; r[i] couples edge i with the one before. */
+static double complex row_of(uint32_t count, const double x[], const double r[], const int side[])
+{
+    RowEdge edge[ROW_EDGES];
+    const Matrix one_to_one = {{{-1, 0}, {0, -1}}};
+    for (uint32_t i = 0; i < count; i++) {
+        edge[i] = (RowEdge){.from = {{{1, 0}, {0, 1}}}, .coupling = i > 0 ? -r[i] : 0}; /* the 2nd terms have the sign -1 */
+        for (int b = 0; b < 4; b++) {
+            edge[i].term[b] = (UtdTerm){.x = b == 1 ? x[i] : 40, .side = b == 1 && side ? side[i] : 1, .value = b == 1};
+            edge[i].matrix[b] = one_to_one;
+        }
+    }
+    double complex field[2][2] = {{1, 0.5}, {0, 2}};
+    assert_true(row_field(edge, count, field));
+    assert_true(cabs(field[0][1] - 0.5 * field[0][0]) + cabs(field[1][0]) + cabs(field[1][1] - 2 * field[0][0]) < 1e-9);
+    return field[0][0];
+}
+
+/* Equal spacing: r = 1/2; N edges at grazing leave 1/(N + 1), which is (1/2)^N times the ratio times the root of the determinant. */
+static void row_at_grazing(void **state)
+{
+    (void)state;
+    double x[ROW_EDGES] = {0}, r[ROW_EDGES];
+    for (int i = 0; i < ROW_EDGES; i++) r[i] = 0.5;
+    for (uint32_t n = 1; n <= 12; n++) {
+        double determinant = (n + 1) * pow(0.5, n);
+        double left = creal(row_of(n, x, r, NULL)) * pow(0.5, n) * sqrt(determinant);
+        if (!(fabs(left * (n + 1) - 1) < 1e-10)) fail_msg("%u edges: %g", n, left * (n + 1));
+    }
+}
+
+/* Two and three edges have functions of their own; turned round, a row is the same. */
+static void row_of_few(void **state)
+{
+    (void)state;
+    static const double rs[] = {-0.6, 0.3, 0.66};
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++)
+            for (int k = 0; k < 3; k++) {
+                const double x[4] = {xs[i], xs[j], xs[(i + 2) % XS], 0.7}, r[4] = {0, rs[k], rs[(k + 1) % 3], 0.4};
+                const double y[4] = {x[3], x[2], x[1], x[0]}, q[4] = {0, r[3], r[2], r[1]};
+                double complex two = keller_edge_pair(x[0], x[1], r[1]), three = keller_edge_triple(x[0], x[1], x[2], r[1], r[2]);
+                assert_true(cabs(row_of(2, x, r, NULL) / two - 1) < 1e-10);
+                assert_true(cabs(row_of(3, x, r, NULL) / three - 1) < 1e-10);
+                assert_true(cabs(row_of(4, x, r, NULL) / row_of(4, y, q, NULL) - 1) < 1e-10);
+            }
+}
+
+/* On the boundary of the second of four edges both of its sides together are the three others alone. Its integral over the whole line
+ * leaves 1 - r12^2 of the square of s1, 1 - r23^2 of that of s3, and couples the two by r12 r23. */
+static void row_without_an_edge(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < XS; i++)
+        for (size_t j = 0; j < XS; j++) {
+            const double x[4] = {xs[i], 0, xs[j], 1.1}, r[4] = {0, 0.55, 0.6, -0.3};
+            const int up[4] = {1, 1, 1, 1}, down[4] = {1, -1, 1, 1};
+            double a = sqrt(1 - r[1] * r[1]), b = sqrt(1 - r[2] * r[2]);
+            const double y[3] = {x[0] / a, x[2] / b, x[3]}, q[3] = {0, r[1] * r[2] / (a * b), r[3] / b};
+            double complex both = row_of(4, x, r, up) + row_of(4, x, r, down);
+            double complex without = 2 / (a * b) * row_of(3, y, q, NULL) * one(y[0]) * one(y[1]) / (one(x[0]) * one(x[2]));
+            if (!(cabs(both / without - 1) < 1e-10)) fail_msg("x %g %g: off by %g", xs[i], xs[j], cabs(both / without - 1));
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -202,6 +270,9 @@ int main(void)
         cmocka_unit_test(without_the_middle),
         cmocka_unit_test(three_by_brute_force),
         cmocka_unit_test(three_and_two),
+        cmocka_unit_test(row_at_grazing),
+        cmocka_unit_test(row_of_few),
+        cmocka_unit_test(row_without_an_edge),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -76,6 +76,43 @@ static void models(void **state)
             }
 }
 
+/* The slope of the reciprocal model's coefficient, by either ray, against that of the exact one: to 7 % of its rms for concrete, where
+ * terms alone, with the faces' coefficients as if they were constant, would have 15 to 40 %. */
+static void slopes(void **state)
+{
+    (void)state;
+    static const double complex etas[] = {5.24 - 0.632 * I, 30 - 3 * I, 1000 - 1000 * I};
+    const double n = 1.5, h = 1e-4, k = 1e12, far = 1e9, bounds[3] = {0.07, 0.035, 0.007};
+    for (int m = 0; m < 3; m++)
+        for (int across = 0; across < 2; across++) {
+            double wrong = 0, all = 0;
+            KellerMedium medium = {.eta = etas[m]};
+            KellerWedgeWave w = {.n = n, .direction = {0, 0, 1}, .tangent0 = {1, 0, 0}, .normal0 = {0, 1, 0}, .medium = {medium, medium}};
+            for (int i = 0; i < 9; i++)
+                for (int j = 0; j < 31; j++) {
+                    double a = (0.05 + 0.9 * i / 8) * n * M_PI, b = (0.03 + 0.94 * j / 30) * n * M_PI;
+                    double boundary[] = {a + M_PI, a - M_PI, M_PI - a, (2 * n - 1) * M_PI - a, a};
+                    bool near = false;
+                    for (int q = 0; q < 5; q++) near = near || fabs(b - boundary[q]) < 0.26;
+                    if (near) continue;
+                    KellerVec3 in = v3(-cos(a), -sin(a), 0), out = v3(cos(b), sin(b), 0);
+                    KellerVec3 from = across ? v3(sin(a), -cos(a), 0) : v3(0, 0, 1), to = across ? v3(-sin(b), cos(b), 0) : v3(0, 0, 1);
+                    KellerCVec3 e = {from.x, from.y, from.z};
+                    for (int receiver = 0; receiver < 2; receiver++) {
+                        double s_in = receiver ? INFINITY : far, s = receiver ? 1e3 : 1; /* its distance cancels in the factor */
+                        KellerCVec3 f = keller_diffract_slope(&w, in, out, s_in, s, k, receiver, e);
+                        double complex d = sqrt(k * s) * (f.x * to.x + f.y * to.y + f.z * to.z) / keller_slope_factor(k, receiver ? s : far, 1);
+                        double complex up = lossy_exact(n, etas[m], across, receiver ? a : a + h, receiver ? b + h : b);
+                        double complex down = lossy_exact(n, etas[m], across, receiver ? a : a - h, receiver ? b - h : b);
+                        wrong += pow(cabs(d - (up - down) / (2 * h)), 2);
+                        all += pow(cabs((up - down) / (2 * h)), 2);
+                    }
+                }
+            print_message("# slopes, eta %g, %s: %.3f of the exact\n", creal(etas[m]), across ? "hard" : "soft", sqrt(wrong / all));
+            assert_true(wrong < bounds[m] * bounds[m] * all);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -83,6 +120,7 @@ int main(void)
         cmocka_unit_test(hard_limit),
         cmocka_unit_test(truth_is_reciprocal),
         cmocka_unit_test(models),
+        cmocka_unit_test(slopes),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

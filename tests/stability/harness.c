@@ -131,7 +131,7 @@ FoundPaths run_simulation(const KellerScene *scene, const Run *run)
     config.receivers = zeroed(run->rx_count, sizeof *config.receivers);
     for (uint32_t i = 0; i < run->rx_count; i++) {
         config.receivers[i] = (KellerReceiver){
-            .set = grid ? 0 : i, .index = grid ? i : 0, .station = {.position = run->rx[i], .antenna = run->antenna}};
+            .set = grid ? 0 : i, .index = grid ? i : 0, .station = {.position = run->rx[i], .antenna = run->rx_antenna ? *run->rx_antenna : run->antenna}};
         memcpy(config.receivers[i].station.orientation, run->orientation[1], sizeof run->orientation[1]);
         if (!grid) config.sets[i] = (KellerReceiverSet){.id = id, .kind = KELLER_SET_POINT, .first = i, .count = 1};
     }

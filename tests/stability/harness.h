@@ -20,6 +20,7 @@ typedef struct {
     size_t frequency_count;
     double frequency[HARNESS_FREQUENCIES]; /* Hz */
     KellerAntenna antenna;                 /* at both ends */
+    const KellerAntenna *rx_antenna;       /* of the receivers; NULL: the same */
     double orientation[2][3];              /* of the transmitters and of the receivers, rad; run_new: not turned */
     uint32_t reflections, diffractions, transmissions, interactions; /* run_new: no transmissions */
     double patch; /* m: > 0: paths may be scattered once, by patches of that size, */

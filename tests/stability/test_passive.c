@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -17,11 +18,14 @@ static const double wave = KELLER_LIGHT_SPEED / 3.5e9;
 
 /* ---- exchanging the ends ------------------------------------------------------------------------------------------- */
 
+/* With a dipole and a sector antenna, both turned, where the seed is odd. */
 static void exchanged(uint64_t seed, uint32_t flags, uint32_t reflections, uint32_t diffractions, uint32_t transmissions)
 {
     RandomScene world = scene_random(seed, flags);
     KellerScene scene = scene_of(&world.soup);
     scene.transmissions = transmissions;
+    const KellerAntenna antenna[2] = {{.pattern = KELLER_ANTENNA_DIPOLE}, {.pattern = KELLER_ANTENNA_TR38901, .polarization = KELLER_POLARIZATION_H}};
+    const double orientation[2][3] = {{0.3, 1.2, -0.7}, {-2.1, 0.4, 1.9}};
     for (int i = 0; i < SCENE_RECEIVERS; i++) {
         double complex h[2];
         double sum = 0;
@@ -29,6 +33,11 @@ static void exchanged(uint64_t seed, uint32_t flags, uint32_t reflections, uint3
             KellerVec3 from = way ? world.rx[i] : world.tx, to = way ? world.tx : world.rx[i];
             Run run = run_new(&from, 1, &to, reflections, diffractions, reflections + diffractions + transmissions);
             run.transmissions = transmissions;
+            for (int end = 0; end < 2 && seed % 2; end++) memcpy(run.orientation[end], orientation[end ^ way], sizeof *orientation);
+            if (seed % 2) {
+                run.antenna = antenna[way];
+                run.rx_antenna = &antenna[!way];
+            }
             FoundPaths found = run_simulation(&scene, &run);
             h[way] = found_total(&found, 0, 0);
             for (size_t j = 0; j < found.count && way == 0; j++) sum += cabs(found.path[j].gain[0]);
