@@ -138,6 +138,7 @@ void coverage_free(KellerCoverage *c)
 
 void coverage_cell(KellerCoverage *c, size_t cell, const KellerPairSums *sums)
 {
+    if (!sums->path_gain) return; /* there is no cell: nothing was summed */
     size_t cells = (size_t)c->ny * c->nx;
     for (size_t f = 0; f < c->frequency_count; f++) {
         c->path_gain[f * cells + cell] = sums->path_gain[f];
