@@ -10,7 +10,7 @@
  *   receivers, kind    how many, and points or cells
  *   wall_s, cpu_s      of the whole process: reading, building and writing too; search_s and solve_s are those of the result, added
  *                      up over threads where they share receivers
- *   cones, candidates, paths    counts: the same on every machine
+ *   cones, candidates, paths    counts: the same on every machine; of cones and candidates a few depend on the number of threads
  *   peak_mb            of the process
  * A run that takes longer than --limit (s; default 600) is ended, and its row says so. Status 1 if a run fails, 2 on wrong usage. */
 #include <errno.h>
@@ -206,6 +206,7 @@ static double now(void)
 static bool run_program(char *const *words, double limit, Row *row)
 {
     double start = now();
+    fflush(stdout);
     pid_t child = fork();
     if (child == 0) { /* its tables are not wanted, its complaints are */
         if (!freopen("/dev/null", "w", stdout)) _exit(127);

@@ -111,16 +111,6 @@ static bool leg_open(Leg *l)
 
 static double from_plane(const KellerFace *f, KellerVec3 p) { return v3_dot(f->normal, p) - f->offset; }
 
-/* Cuts p[0] p[1] to where `height`, linear along it, is not negative; false if nowhere. */
-static bool cut(KellerVec3 p[2], double h0, double h1)
-{
-    if (h0 < 0 && h1 < 0) return false;
-    KellerVec3 at = v3_madd(p[0], v3_sub(p[1], p[0]), h0 / (h0 - h1));
-    if (h0 < 0) p[0] = at;
-    else if (h1 < 0) p[1] = at;
-    return true;
-}
-
 /* Where the triangle cuts the plane of source and edge. The point on an edge of it is computed from the ends in the order of their
  * ids, so that neighbours agree. */
 static bool section(Leg *l, uint32_t triangle, KellerVec3 p[2])
@@ -151,9 +141,9 @@ static void project(Leg *l, KellerVec3 p[2])
 {
     double rho[2], z[2], near = 4 * l->floor;
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(l->across, v3_sub(p[i], l->source));
-    if (!cut(p, rho[0] - near, rho[1] - near)) return;
+    if (!path_cut(p, rho[0] - near, rho[1] - near)) return;
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(l->across, v3_sub(p[i], l->source));
-    if (!cut(p, l->distance - near - rho[0], l->distance - near - rho[1])) return;
+    if (!path_cut(p, l->distance - near - rho[0], l->distance - near - rho[1])) return;
     for (int i = 0; i < 2; i++) {
         KellerVec3 from = v3_sub(p[i], l->source);
         double scale = l->distance / v3_dot(l->across, from);
@@ -181,7 +171,7 @@ static bool on_leg(const Leg *l, bool behind_begin, uint32_t triangle, KellerVec
         const KellerFace *f = &l->scene->faces[bounds[i]];
         double side = (from_plane(f, l->source) > 0) == (i == 1) ? 1 : -1;
         if (reach(l, f, triangle, side) <= l->floor) return false;
-        if (!cut(p, side * from_plane(f, p[0]) + l->floor, side * from_plane(f, p[1]) + l->floor)) return false;
+        if (!path_cut(p, side * from_plane(f, p[0]) + l->floor, side * from_plane(f, p[1]) + l->floor)) return false;
     }
     return true;
 }

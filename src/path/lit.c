@@ -31,16 +31,6 @@ typedef struct {
     Shadow shadow[2][SHADOWS_MOST];
 } Sight;
 
-/* Cuts p[0] p[1] to where `height`, linear along it, is not negative; false if nowhere. */
-static bool cut(KellerVec3 p[2], double h0, double h1)
-{
-    if (h0 < 0 && h1 < 0) return false;
-    KellerVec3 at = v3_madd(p[0], v3_sub(p[1], p[0]), h0 / (h0 - h1));
-    if (h0 < 0) p[0] = at;
-    else if (h1 < 0) p[1] = at;
-    return true;
-}
-
 /* Where the triangle cuts the plane, in which vertices count as above it (`up`) or below. Each point is computed from the ends of a side
  * in the order of their ids, so that neighbours agree. *blur: how far off, m, the points may be. */
 static bool section(const Sight *s, const uint32_t *t, const double h[3], bool up, KellerVec3 p[2], double *blur)
@@ -62,12 +52,12 @@ static void add_shadow(Sight *s, int side, KellerVec3 p[2], double blur)
 {
     double rho[2], z[2];
     for (int i = 0; i < 2 && s->mirror; i++) rho[i] = -s->side * (v3_dot(s->mirror->normal, p[i]) - s->mirror->offset) - s->touch;
-    if (s->mirror && !cut(p, rho[0], rho[1])) return;
+    if (s->mirror && !path_cut(p, rho[0], rho[1])) return;
     const double near = greater(s->touch, NEAREST * s->distance);
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(s->across, v3_sub(p[i], s->source));
-    if (!cut(p, rho[0] - near, rho[1] - near)) return;
+    if (!path_cut(p, rho[0] - near, rho[1] - near)) return;
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(s->across, v3_sub(p[i], s->source));
-    if (!cut(p, s->distance - s->touch - rho[0], s->distance - s->touch - rho[1])) return;
+    if (!path_cut(p, s->distance - s->touch - rho[0], s->distance - s->touch - rho[1])) return;
     for (int i = 0; i < 2; i++) {
         KellerVec3 from = v3_sub(p[i], s->source);
         double scale = s->distance / v3_dot(s->across, from);

@@ -20,6 +20,16 @@ static inline bool path_cross_plane(const KellerFace *f, KellerVec3 image, Kelle
     return true;
 }
 
+/* Cuts the segment p[0] p[1] to where a height, linear along it and h0, h1 at its ends, is not negative; false if nowhere. */
+static inline bool path_cut(KellerVec3 p[2], double h0, double h1)
+{
+    if (h0 < 0 && h1 < 0) return false;
+    KellerVec3 at = v3_madd(p[0], v3_sub(p[1], p[0]), h0 / (h0 - h1));
+    if (h0 < 0) p[0] = at;
+    else if (h1 < 0) p[1] = at;
+    return true;
+}
+
 /* 1 inside, 0 outside, 1/2 within h of the face's border (h < 0: never); *triangle is the one that holds p (the one nearest to
  * p's border otherwise). On an edge between two triangles of the face exactly one claims p: the edge's function is
  * evaluated with its ends in the order of ids, and zero belongs to the forward side. */

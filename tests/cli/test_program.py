@@ -243,6 +243,20 @@ def test_bench_accuracy(folder, shared):
     assert len(rows) == 15 and all(float(row["difference"]) < 2e-14 and float(row["keller_ns"]) > 0 for row in rows), rows
 
 
+def test_bench_of_paths(folder, shared):
+    """Each combination is a run; counts are the same whatever the threads; nothing is left behind."""
+    done = expect(keller("bench", "paths", "--csv", "--city", "300", "--receivers", "3", "--cells", "16", "--orders", "1,1,1",
+                         "--threads", "1", "--threads", "2", cwd=folder, env={**os.environ, "TMPDIR": str(folder)}), DONE)
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    assert [(row["receivers"], row["kind"], row["threads"]) for row in rows] == [
+        ("3", "points", "1"), ("3", "points", "2"), ("16", "cells", "1"), ("16", "cells", "2")]
+    assert rows[0]["paths"] == rows[1]["paths"] and rows[2]["paths"] == rows[3]["paths"] > "0" and float(rows[0]["peak_mb"]) > 1
+    assert names(folder) == []
+    for wrong in [["--orders", "1,0"], ["--receivers", "0"], ["--threads"], ["--nothing", "1"]]:
+        done = keller("bench", "paths", *wrong, cwd=folder)
+        assert done.returncode == USAGE and wrong[0] in done.stderr, done
+
+
 def test_bench_of_next_hits_loses_none(folder, shared):
     rows = expect(keller("bench", "nexthit", "--csv", "--layers", "12", "--rays", "200", "--half-angle", "1", cwd=folder), DONE)
     head, *rows = [row.split(",") for row in rows.stdout.split()]
