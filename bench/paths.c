@@ -64,7 +64,7 @@ static const char usage[] = "keller-bench-paths [--csv] [--scene FILE | --city T
 static bool three(const char *text, double v[3])
 {
     int used = 0;
-    return sscanf(text, "%lf,%lf,%lf%n", &v[0], &v[1], &v[2], &used) == 3 && text[used] == '\0';
+    return sscanf(text, "%lf,%lf,%lf%n", &v[0], &v[1], &v[2], &used) == 3 && text[used] == '\0' && isfinite(v[0] + v[1] + v[2]);
 }
 
 static bool whole(double v, double most) { return v >= 0 && v <= most && v == floor(v); }
@@ -161,20 +161,24 @@ static bool place_transmitter(const AccelBench *b, const KellerAccel *accel, Kel
     return nearest < INFINITY;
 }
 
-static bool write_places(const Options *o, const AccelBench *b, const KellerAccel *accel, const char *name, uint32_t count)
+static KellerStatus write_places(const Options *o, const AccelBench *b, const KellerAccel *accel, const char *name, uint32_t count,
+                                 KellerError *error)
 {
     FILE *file = fopen(name, "w");
-    if (!file) return false;
+    if (!file) return keller_error(error, KELLER_IO, "%s: %s", name, strerror(errno));
     KellerVec3 p;
     Random random = {o->seed};
     fprintf(file, "x,y,z\n");
-    for (uint32_t found = 0, tries = 0; found < count && tries < TRIES * count; tries++) {
+    uint32_t found = 0;
+    for (uint64_t tries = 0; found < count && tries < (uint64_t)TRIES * count; tries++) {
         double x = random_in(&random, b->lower.x, b->upper.x), y = random_in(&random, b->lower.y, b->upper.y);
         if (!over_street(b, accel, x, y, RECEIVER, &p)) continue;
         fprintf(file, "%.17g,%.17g,%.17g\n", p.x, p.y, p.z);
         found++;
     }
-    return fclose(file) == 0;
+    if (fclose(file) != 0) return keller_error(error, KELLER_IO, "%s: %s", name, strerror(errno));
+    if (found == count) return KELLER_OK;
+    return keller_error(error, KELLER_BAD_INPUT, "%s: %u places over streets were found; expected %u", b->name, found, count);
 }
 
 /* ---- a run ------------------------------------------------------------------------------------------------------------ */
@@ -295,6 +299,7 @@ static KellerStatus generate(const Options *o, double triangles, char *file, siz
 static KellerStatus measure_scene(const Options *o, const char *file, KellerError *error)
 {
     char path[PATH_MAX], places[PATH_MAX + 32];
+    if (strpbrk(file, "&<>\"$")) return keller_error(error, KELLER_BAD_INPUT, "%s: a name without & < > \" $ is expected", file);
     if (!realpath(file, path)) return keller_error(error, KELLER_IO, "%s: %s", file, strerror(errno));
     AccelBench b;
     KellerAccel *accel;
@@ -307,8 +312,7 @@ static KellerStatus measure_scene(const Options *o, const char *file, KellerErro
             status = keller_error(error, KELLER_BAD_INPUT, "%s: no street was found for the transmitter; expected --transmitter X,Y,Z", file);
         snprintf(places, sizeof places, "%s/places.csv", o->folder);
         for (int r = 0; r < o->receivers_count && status == KELLER_OK; r++) {
-            if (!o->receivers[r].cells && !write_places(o, &b, accel, places, o->receivers[r].count))
-                status = keller_error(error, KELLER_IO, "%s: %s", places, strerror(errno));
+            if (!o->receivers[r].cells) status = write_places(o, &b, accel, places, o->receivers[r].count, error);
             for (int k = 0; k < o->orders_count; k++)
                 for (int t = 0; t < o->threads_count && status == KELLER_OK; t++) {
                     Row row;

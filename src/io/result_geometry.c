@@ -172,7 +172,8 @@ static KellerStatus check_sets(const KellerReader *reader, const char *file, con
     return KELLER_OK;
 }
 
-static KellerStatus check_receivers(KellerReader *reader, const char *file, const KellerConfig *c, KellerError *error)
+/* Cells over a surface have no z before the scene is there: they are looked at once more then. */
+static KellerStatus check_receivers(KellerReader *reader, const char *file, const KellerConfig *c, bool draped, KellerError *error)
 {
     KellerVec3 *there = malloc(BLOCK * sizeof *there);
     if (!there) return keller_error_memory(error, BLOCK * sizeof *there);
@@ -184,6 +185,7 @@ static KellerStatus check_receivers(KellerReader *reader, const char *file, cons
             const KellerReceiver *r = &c->receivers[first + i];
             const KellerReceiverSet *set = &c->sets[r->set];
             char name[300];
+            if (!draped && set->draped) there[i].z = r->station.position.z;
             if (same_place(r->station.position, there[i])) continue;
             keller_receiver_name(set->id, set->kind, r->index, name, sizeof name);
             status = moved(error, c, set->line, file, name, r->station.position, there[i]);
@@ -226,7 +228,7 @@ KellerStatus keller_geometry_check(KellerReader *reader, const char *file, const
         status = differs(error, c, c->line, file, sound ? "domain is \"rf\" here and \"acoustic\"" : "domain is \"acoustic\" here and \"rf\"");
     if (status == KELLER_OK) status = check_orders(reader, file, c, error);
     if (status == KELLER_OK) status = check_transmitters(reader, file, c, error);
-    if (status == KELLER_OK) status = check_receivers(reader, file, c, error);
+    if (status == KELLER_OK) status = check_receivers(reader, file, c, false, error);
     return status == KELLER_OK ? check_dropped(reader, file, c, dropped, error) : status;
 }
 
@@ -272,5 +274,10 @@ KellerStatus keller_geometry_check_scene(KellerReader *reader, const char *file,
                          "the scene has other triangles, faces or wedges (faces part where materials do) than the one");
     free(digest);
     free(there);
+    for (size_t s = 0; s < c->set_count && status == KELLER_OK; ++s)
+        if (c->sets[s].draped) {
+            status = check_receivers(reader, file, c, true, error);
+            break;
+        }
     return status == KELLER_OK ? check_traits(reader, file, c, scene, error) : status;
 }

@@ -13,8 +13,10 @@ static const double GRAZING = 1e-3,     /* sine: flatter rays' places on the edg
     BLURRED = 1e-3,             /* of the edge's length: shadows known no better hide nothing */
     WIDEST = 1;                 /* rad, of a cone */
 
+/* Of one triangle. Its ends are known to `blur` (m) each; side: of the mesh, on which the end is (0: none, or in one of its vertices). */
 typedef struct {
-    double from, to;
+    double from, to, blur;
+    uint64_t side_from, side_to;
 } Shadow;
 
 typedef struct {
@@ -25,15 +27,14 @@ typedef struct {
     double distance, z;         /* m: from the source to the edge's line, and where along it the source is */
     double touch, flat, sine;   /* m: nearer to the ends of a leg nothing hides; nearer to the plane things are in it. Of the flattest ray */
     double side;                /* sign of the mirror's side that the source is on */
-    double blur;                /* m: how far shadows may end from where they do */
     bool slabs;                 /* may be passed through */
     uint32_t count[2];          /* of shadows: of a plane moved a little to either side */
     Shadow shadow[2][SHADOWS_MOST];
 } Sight;
 
 /* Where the triangle cuts the plane, in which vertices count as above it (`up`) or below. Each point is computed from the ends of a side
- * in the order of their ids, so that neighbours agree. *blur: how far off, m, the points may be. */
-static bool section(const Sight *s, const uint32_t *t, const double h[3], bool up, KellerVec3 p[2], double *blur)
+ * in the order of their ids, so that neighbours agree. *blur: how far off, m, the points may be; on[i]: the side that has p[i]. */
+static bool section(const Sight *s, const uint32_t *t, const double h[3], bool up, KellerVec3 p[2], uint64_t on[2], double *blur)
 {
     int found = 0;
     *blur = 0;
@@ -42,14 +43,16 @@ static bool section(const Sight *s, const uint32_t *t, const double h[3], bool u
         bool above = h[a] == 0 ? up : h[a] > 0, other = h[b] == 0 ? up : h[b] > 0;
         if (above == other) continue;
         KellerVec3 va = s->scene->vertices[t[a]], l = v3_sub(s->scene->vertices[t[b]], va);
+        on[found] = h[a] != 0 && h[b] != 0 ? ((uint64_t)t[a] << 32 | t[b]) + 1 : 0;
         p[found++] = v3_madd(va, l, h[a] / (h[a] - h[b]));
         *blur = greater(*blur, s->flat * (1 + v3_norm(l) / fabs(h[a] - h[b])));
     }
     return found == 2;
 }
 
-static void add_shadow(Sight *s, int side, KellerVec3 p[2], double blur)
+static void add_shadow(Sight *s, int side, KellerVec3 p[2], uint64_t on[2], double blur)
 {
+    const KellerVec3 whole[2] = {p[0], p[1]};
     double rho[2], z[2];
     for (int i = 0; i < 2 && s->mirror; i++) rho[i] = -s->side * (v3_dot(s->mirror->normal, p[i]) - s->mirror->offset) - s->touch;
     if (s->mirror && !path_cut(p, rho[0], rho[1])) return;
@@ -63,10 +66,11 @@ static void add_shadow(Sight *s, int side, KellerVec3 p[2], double blur)
         double scale = s->distance / v3_dot(s->across, from);
         blur = greater(blur, blur * scale / (s->sine * s->sine));
         z[i] = s->z + v3_dot(s->wedge->direction, from) * scale;
+        if (v3_distance(p[i], whole[i]) > 0) on[i] = 0; /* cut off */
     }
     if (!(blur < BLURRED * s->wedge->length) || s->count[side] == SHADOWS_MOST) return;
-    s->blur = greater(s->blur, blur);
-    s->shadow[side][s->count[side]++] = (Shadow){lesser(z[0], z[1]), greater(z[0], z[1])};
+    const int first = z[0] <= z[1] ? 0 : 1;
+    s->shadow[side][s->count[side]++] = (Shadow){z[first], z[1 - first], blur, on[first], on[1 - first]};
 }
 
 static double visit(void *context, uint32_t id, KellerRange range)
@@ -88,29 +92,33 @@ static double visit(void *context, uint32_t id, KellerRange range)
     if (in_plane == 3) return INFINITY; /* edge-on */
     for (int side = 0; side < 2; side++) {
         KellerVec3 p[2];
-        if (section(s, t, h, side == 0, p, &blur)) add_shadow(s, side, p, blur);
+        uint64_t on[2];
+        if (section(s, t, h, side == 0, p, on, &blur)) add_shadow(s, side, p, on, blur);
     }
     return INFINITY;
 }
 
-/* What shadows leave of a part between the first and the last lit place; gaps up to `gap` (m) between them are of rounding. */
-static bool narrow(uint32_t count, const Shadow *shadow, double gap, double *from, double *to)
+/* Where the first lit place is at the earliest, going from `at` in the direction of growing z (way 1) or the other one. A shadow goes on
+ * where another ends if it surely reaches beyond that, or if both end on the same side of the mesh: whatever rounding does to one it does to
+ * the other. Two that only touch in a vertex may have light between them. */
+static double first_lit(uint32_t count, const Shadow *shadow, double at, int way)
 {
-    bool moved = true;
-    while (moved && *from < *to) {
+    double slack = 0;           /* m: how well the place is known */
+    uint64_t side = 0;
+    for (bool moved = true; moved;) {
         moved = false;
         for (uint32_t i = 0; i < count; i++) {
-            if (shadow[i].from <= *from + gap && shadow[i].to > *from + gap) {
-                *from = shadow[i].to;
-                moved = true;
-            }
-            if (shadow[i].to >= *to - gap && shadow[i].from < *to - gap) {
-                *to = shadow[i].from;
-                moved = true;
-            }
+            const Shadow *s = &shadow[i];
+            const double begin = way > 0 ? s->from : -s->to, end = way > 0 ? s->to : -s->from, here = way * at;
+            const uint64_t begins_on = way > 0 ? s->side_from : s->side_to, ends_on = way > 0 ? s->side_to : s->side_from;
+            if (!(end > here) || !(begin + s->blur <= here - slack || (side != 0 && begins_on == side))) continue;
+            at = way * end;
+            slack = s->blur;
+            side = ends_on;
+            moved = true;
         }
     }
-    return *from < *to;
+    return at - way * slack;
 }
 
 bool lit_part(const TreeLimits *limits, KellerVec3 source, uint32_t mirror, uint32_t wedge, double *from, double *to, KellerAccelWork *work)
@@ -148,12 +156,10 @@ bool lit_part(const TreeLimits *limits, KellerVec3 source, uint32_t mirror, uint
     }
     double first = INFINITY, last = -INFINITY;
     for (int side = 0; side < 2; side++) {
-        double a = *from, b = *to;
-        if (!narrow(s.count[side], s.shadow[side], 4 * rounding, &a, &b)) continue;
-        first = lesser(first, a);
-        last = greater(last, b);
+        first = lesser(first, first_lit(s.count[side], s.shadow[side], *from, 1));
+        last = greater(last, first_lit(s.count[side], s.shadow[side], *to, -1));
     }
-    *from = greater(*from, first - s.blur);
-    *to = lesser(*to, last + s.blur);
+    *from = greater(*from, first);
+    *to = lesser(*to, last);
     return *from <= *to;
 }

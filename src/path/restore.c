@@ -63,6 +63,23 @@ static double legs_between(const Bends *b, const KellerPath *path, KellerVec3 tx
     return total;
 }
 
+/* The same of any path: one that is scattered was solved as two, to its patch and from there. */
+static double legs_of(const Bends *b, const KellerPath *path, KellerVec3 tx, KellerVec3 rx, KellerVec3 *leg)
+{
+    for (uint32_t n = 0; n < b->nodes; n++) {
+        const uint32_t at = b->node[n];
+        if (path->step[b->step[at]].kind != KELLER_SCATTERING) continue;
+        KellerVec3 middle = path->position[b->step[at]];
+        Bends before = *b, behind = {.scene = b->scene, .count = b->count - at - 1, .nodes = b->nodes - n - 1};
+        before.count = at;
+        before.nodes = n;
+        for (uint32_t i = 0; i < behind.count; i++) behind.step[i] = b->step[at + 1 + i];
+        for (uint32_t i = 0; i < behind.nodes; i++) behind.node[i] = b->node[n + 1 + i] - at - 1;
+        return legs_between(&before, path, tx, middle, leg) + legs_between(&behind, path, middle, rx, leg + at + 1);
+    }
+    return legs_between(b, path, tx, rx, leg);
+}
+
 /* Not by less than `near`: numbers that are none are not. */
 static bool is_on(const KellerScene *scene, const KellerStep *step, KellerVec3 p, double near)
 {
@@ -82,7 +99,7 @@ static bool restore(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, Kell
     KellerVec3 leg[KELLER_MAX_BENDS + 1], last = tx;
     const double near = scene->contact;
     if (!bends_of(scene, path, &b)) return false;
-    double length = legs_between(&b, path, tx, rx, leg);
+    double length = legs_of(&b, path, tx, rx, leg);
     if (!(fabs(length - path->length) <= near)) return false;
     for (uint32_t i = 0, bend = 0; i <= path->count; i++) {
         KellerVec3 p = i < path->count ? path->position[i] : rx;

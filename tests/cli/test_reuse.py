@@ -36,7 +36,8 @@ RADIO = """<?xml version="1.0"?>
   <receiver id="behind"> <position x="13 m" y="8 m" z="2 m"/> </receiver>
   <receivers id="walk" file="walk.csv"/>
   <grid id="map" z="1.5 m"> <from x="-4 m" y="-2 m"/> <to x="4 m" y="6 m"/> <step>8 m</step> </grid>
-  <paths reflections="2" diffractions="2" transmissions="1" scattering="1" patch="20 m" interactions="3" dynamic-range="4000 dB"/>
+  <grid id="ground" height="2 m"> <from x="-4 m" y="-2 m"/> <to x="400 m" y="-2 m"/> <step>202 m</step> </grid>
+  <paths reflections="2" diffractions="2" transmissions="1" scattering="1" with-scattering="1" patch="20 m" interactions="3" dynamic-range="4000 dB"/>
   <output scene="no" coverage="no"/>
 </simulation>
 """
@@ -176,7 +177,7 @@ def test_another_geometry_is_refused(folder, shared):
     for old, new, where, words in [
         ('x="-3 m" y="0 m" z="2 m"', 'x="-3 m" y="1 um" z="2 m"', "<transmitter", ["tx is at (-3, 1e-06, 2) m", "(-3, 0, 2)"]),
         ('x="13 m"', 'x="14 m"', '"behind"', ["behind is at (14, 8, 2) m"]),
-        ("8 m</step>", "4 m</step>", '"corner"', ["13 receivers", "8 in 4"]),
+        ("8 m</step>", "4 m</step>", '"corner"', ["16 receivers", "11 in 5"]),
         ('"map" z="1.5 m"', '"map" z="1.6 m"', "<grid", ["map[0] is at (-4, -2, 1.6) m"]),
         ('reflections="2"', 'reflections="1"', "<paths", ["reflections is 1 here and 2"]),
         ('transmissions="1"', 'transmissions="0"', "<paths", ["transmissions is 0 here and 1"]),

@@ -174,6 +174,32 @@ static void oracle_box(void **state)
     soup_release(&soup);
 }
 
+/* Two triangles that touch in a vertex, and open away from it, stand where the shortest way over a screen's upper edge passes: at
+ * (10, 0, 0), sqrt(100) + sqrt(100 + 9) = 20.44 m. The ray through the vertex itself is on a boundary: a share of its surroundings is free. */
+static void shadows_that_touch(void **state)
+{
+    (void)state;
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "screen");
+    soup_quad(&soup, v3(10, -1, -5), v3(10, 1, -5), v3(10, 1, 0), v3(10, -1, 0), CONDUCTOR);
+    soup_object(&soup, "bow");
+    uint32_t tie = soup_vertex(&soup, v3(5, 0, 0));
+    soup_triangle(&soup, soup_vertex(&soup, v3(5, -4, -4)), soup_vertex(&soup, v3(5, -4, 4)), tie, CONDUCTOR);
+    soup_triangle(&soup, soup_vertex(&soup, v3(5, 4, -4)), tie, soup_vertex(&soup, v3(5, 4, 4)), CONDUCTOR);
+    KellerScene scene = scene_of(&soup);
+    KellerVec3 tx = v3(0, 0, 0), rx = v3(20, 0, -3);
+    Run run = run_new(&tx, 1, &rx, 0, 1, 1);
+    FoundPaths found = run_simulation(&scene, &run);
+    size_t over = 0;
+    for (size_t i = 0; i < found.count; i++)
+        over += found.path[i].count == 1 && v3_distance(found.path[i].position[0], v3(10, 0, 0)) < 1e-9 &&
+                fabs(found.path[i].length - (10 + sqrt(109))) < 1e-9;
+    assert_int_equal(over, 1);
+    found_free(&found);
+    keller_scene_free(&scene);
+    soup_release(&soup);
+}
+
 /* ---- the program against the oracle ----------------------------------------------------------------------------- */
 
 /* Orders (reflections, diffractions, transmissions, interactions) in turn. */
@@ -200,6 +226,7 @@ int main(void)
         cmocka_unit_test(oracle_corner),
         cmocka_unit_test(oracle_edge),
         cmocka_unit_test(oracle_box),
+        cmocka_unit_test(shadows_that_touch),
         {"random_scenes", random_scenes, NULL, NULL, &tally},
         {"random_scenes_say_something", random_scenes_say_something, NULL, NULL, &tally},
     };
