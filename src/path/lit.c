@@ -29,7 +29,7 @@ typedef struct {
     double side;                /* sign of the mirror's side that the source is on */
     bool slabs;                 /* may be passed through */
     uint32_t count[2];          /* of shadows: of a plane moved a little to either side */
-    Shadow shadow[2][SHADOWS_MOST];
+    Shadow (*shadow)[SHADOWS_MOST];     /* [2] */
 } Sight;
 
 /* Where the triangle cuts the plane, in which vertices count as above it (`up`) or below. Each point is computed from the ends of a side
@@ -125,8 +125,9 @@ bool lit_part(const TreeLimits *limits, KellerVec3 source, uint32_t mirror, uint
 {
     const KellerScene *scene = limits->scene;
     const KellerWedge *w = &scene->wedges[wedge];
+    Shadow shadow[2][SHADOWS_MOST]; /* not cleared: most edges have few */
     Sight s = {.scene = scene, .mirror = mirror != KELLER_NONE ? &scene->faces[mirror] : NULL, .wedge = w, .source = source,
-               .slabs = limits->transmissions > 0, .touch = 4 * scene->contact};
+               .slabs = limits->transmissions > 0, .touch = 4 * scene->contact, .shadow = shadow};
     KellerVec3 v = v3_sub(w->origin, source);
     s.z = -v3_dot(v, w->direction);
     v = v3_madd(v, w->direction, s.z);

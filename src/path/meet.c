@@ -57,6 +57,14 @@ static double stop_if_much(Query *q)
     return q->far;
 }
 
+/* Do the beam's rays start in this plane: that of its mirror, or one of the faces at its edge? */
+static bool starts_in(const Query *q, const KellerScene *scene, uint32_t plane)
+{
+    const Beam *b = q->beam;
+    return (b->mirror != KELLER_NONE && scene->faces[b->mirror].plane == plane) ||
+           (b->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[b->wedge], plane));
+}
+
 static double visit_triangle(void *context, uint32_t id, KellerRange range)
 {
     Query *q = context;
@@ -69,8 +77,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
         h->near = lesser(h->near, range.near);
         return q->far;
     }
-    if (q->beam->mirror != KELLER_NONE && scene->faces[q->beam->mirror].plane == plane) return q->far;
-    if (q->beam->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[q->beam->wedge], plane)) return q->far;
+    if (starts_in(q, scene, plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (behind_mirror(q, scene, 3, v)) return q->far;
@@ -196,8 +203,8 @@ static bool visit_stop(void *context, uint32_t id)
     const Query *q = s->q;
     const KellerScene *scene = q->search->limits->scene;
     const uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane, *t = scene->triangles[id];
-    if (plane == s->plane || (q->beam->mirror != KELLER_NONE && scene->faces[q->beam->mirror].plane == plane)) return false;
-    if (q->beam->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[q->beam->wedge], plane)) return false;
+    if (plane == s->plane || starts_in(q, scene, plane)) return false;
+    if (q->search->limits->transmissions > 0 && path_lets_through(scene, face)) return false;
     KellerVec3 v[3];
     int positive = 0, negative = 0;
     for (int i = 0; i < 3; i++) v[i] = v3_sub(scene->vertices[t[i]], s->a);

@@ -132,7 +132,7 @@ void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node
     double steep;
     int halves = 0;
     if (s->failed || !footprint_of(l->cells, &test, f, beam_front(&after, l->scene), &foot)) return;
-    if (footprint_cells(l->cells, &foot, few_of(l) + 1) > few_of(l) && l->transmissions == 0 && query_of(&q, s, before, 0)) {
+    if (footprint_cells(l->cells, &foot, few_of(l) + 1) > few_of(l) && query_of(&q, s, before, 0)) {
         if (bundle_crossing(&before->bundle, f, q.cone.origin, q.cone.directrix, &at, &steep)) {
             KellerVec3 b, from = source_middle(&before->bundle), d = window_middle(&before->bundle.window);
             b = v3_madd(from, d, (f->offset - v3_dot(f->normal, from)) / v3_dot(f->normal, d));
@@ -162,7 +162,7 @@ void search_cells(Search *s, const Beam *beam)
     int halves = 0;
     if (!footprint_of(l->cells, &test, mirror, beam_front(beam, l->scene), &f)) return;
     const uint32_t many = MANY * few_of(l), cells = footprint_cells(l->cells, &f, many + 1);
-    if (cells > few_of(l) && l->transmissions == 0) {
+    if (cells > few_of(l)) {
         if (!query_of(&q, s, beam, 0)) {
             halves = beam_halves(beam, half);
         } else {

@@ -87,8 +87,8 @@ double beam_front(const Beam *beam, const KellerScene *scene);
  * query_free. */
 bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
 void query_free(Query *q);
-/* Does a face that the segment from a to b meets stop all of the beam before `near` (m along the cone's directrix)? Faces in `plane` do
- * not count. *met: whether the segment meets anything. Costs little more than a ray. */
+/* Does a face that the segment from a to b meets stop all of the beam before `near` (m along the cone's directrix)? Faces in `plane`, and
+ * slabs that may be passed through, do not count. *met: whether the segment meets anything else. Costs little more than a ray. */
 bool query_hides(Query *q, KellerVec3 a, KellerVec3 b, double near, uint32_t plane, bool *met);
 /* Collects the faces met, and q->far behind those that all rays meet, or sets too_much. */
 void query_faces(Query *q);
