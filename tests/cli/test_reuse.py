@@ -151,6 +151,19 @@ def test_radio_is_computed_anew(folder, shared):
     same(folder, "back.h5", "a.h5")
 
 
+def test_what_is_reflected_after_scattering(folder, shared):
+    """A scattered path was solved as two, to the patch and from there: mirrored from the patch, not from the receiver."""
+    (folder / "scene.obj").write_text(SCENE + POST)
+    (folder / "walk.csv").write_text("x,y,z\n0,-3,1.5\n1.37,5.71,1.53\n")
+    text = changed(RADIO, [('diffractions="2"', 'diffractions="0"'), ('patch="20 m"', 'patch="1.7 m"')])
+    expect(run(folder, text, "a.h5"), DONE)
+    expect(run(folder, text, "b.h5", "--reuse", "a.h5"), DONE)
+    same(folder, "a.h5", "b.h5")
+    with h5(folder / "a.h5") as f:
+        offset, kind = f["paths/offset"][()], f["interactions/kind"][()]
+        assert any(list(kind[first:end]) == [3, 0] for first, end in zip(offset, offset[1:]))
+
+
 def test_sound_is_computed_anew(folder, shared):
     """Levels, maps and impulse responses, of edges by either method, at another temperature."""
     for method in "utd", "btm":
