@@ -220,7 +220,8 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
         if (!query_piece(q, q->wedge[i], &piece)) continue;
-        if (q->beam->bundle.source_count == 1 && !lit_part(l, q->beam->bundle.source[0], q->beam->mirror, q->wedge[i], &piece.from, &piece.to,
+        const bool goes_on = after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT);
+        if (goes_on && q->beam->bundle.source_count == 1 && !lit_part(l, q->beam->bundle.source[0], q->beam->mirror, q->wedge[i], &piece.from, &piece.to,
                                                            &s->work.accel))
             continue;
         uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
@@ -230,7 +231,7 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
         }
         const double whole = l->scene->wedges[q->wedge[i]].length, pad = 4 * l->scene->contact;
         trie_light(&s->trie, node, (piece.from - pad) / whole, (piece.to + pad) / whole);
-        if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
+        if (goes_on) {
             const Bundle *in = &q->beam->bundle;
             PendingFan fan = {node, q->wedge[i], q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0], piece.from, piece.to};
             if (in->source_count == 1) put_off_fan(s, &fan);
