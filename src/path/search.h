@@ -1,11 +1,13 @@
 /* The state of a candidate search, shared by its files: what a beam meets (meet.c), what it becomes at a wedge (fan.c), which cells of a
- * map it reaches (reach.c), and the search itself (tree.c). */
+ * map it reaches (reach.c), what is put off (pending.c),
+ * and the search itself (tree.c). */
 #ifndef KELLER_PATH_SEARCH_H
 #define KELLER_PATH_SEARCH_H
 #include "path/slabs.h"
 #include "path/tree.h"
 
 #define BEAM_PAD 1e-9           /* relative widening of slopes, far above their rounding */
+#define SEARCH_SPHERE 0.2       /* share of a search that looking around from the end is, about: the rest is what was put off */
 
 typedef struct {
     uint32_t node;              /* the sequence so far */
@@ -31,8 +33,8 @@ typedef struct {
 
 /* The parts of the edge of a sequence's last wedge that are lit from one source, together. */
 typedef struct {
-    uint32_t node, wedge, passed;
-    KellerVec3 source;
+    uint32_t node, wedge, mirror, passed;
+    KellerVec3 source;          /* an image behind the mirror, or KELLER_NONE */
     double from, to;            /* m along the edge */
 } PendingFan;
 
@@ -54,6 +56,7 @@ typedef struct {
     bool full;                  /* they are more than allowed */
     double *looked;             /* share of the sphere that all threads are done with */
     bool reports, last;         /* this thread says how far the search is; nothing more will be put off */
+    bool gathers;               /* of what all threads put off: as many as there are */
 } Search;
 
 /* One beam's look at the scene. */
@@ -97,8 +100,20 @@ void query_wedges(Query *q, const KellerAccel *accel);
 /* The part of a wedge met; false: none. */
 bool query_piece(const Query *q, uint32_t wedge, Piece *piece);
 
-/* What the rest of the search does with a beam. */
+/* Looks for what follows the beam's sequence. */
+void search_next(Search *s, const Beam *beam);
+/* The same, and for the cells that the beam reaches. */
 void search_beam(Search *s, const Beam *beam);
+
+/* Puts the beam off, together with others of its sequence; false if that cannot be. */
+bool put_off_beam(Search *s, const Beam *beam);
+/* Puts the fan off, together with others of its sequence. */
+void put_off_fan(Search *s, const PendingFan *fan);
+/* Follows the beams that were put off, then the fans, since the beams may add to them; fans add to neither. */
+void pending_follow(Search *s);
+/* The same for what all threads put off, each with its own s and one `all`: sequences that several have found are followed once, by
+ * whoever is free. To be called by all threads of a team. */
+void pending_share(Search *s, Search *all);
 /* Keller's law: rays leave the edge at the angle beta at which they came, from the `count` sources (1 or 2, the ends of a segment): the
  * beams from the part from .. to (m) of the wedge's edge, whose sequence is `node`. */
 void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to, uint32_t count, const KellerVec3 *source, uint32_t passed);
