@@ -38,40 +38,65 @@ Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, Ke
     }
     a = mirrored(scene, codes, begin, length - 1, a);
     b = mirrored(scene, codes, begin, length - 1, b);
-    double z_low, z_high, near, far, low, high;
+    double z_low, z_high, near, far;
     path_line_distances(w, a, b, &z_low, &z_high, &near, &far);
     double from = w->length * trie->nodes[node].lit[0] / LIT_WHOLE, to = w->length * trie->nodes[node].lit[1] / LIT_WHOLE;
-    path_cotangents(from - z_high, to - z_low, near, far, &low, &high);
-    return (Arrival){{widened(low, -1), widened(high, 1)}, {widened(from, -1), widened(to, 1)}};
+    return (Arrival){{widened(from, -1), widened(to, 1)}, {widened(z_low, -1), widened(z_high, 1)}, {widened(near, -1), widened(far, 1)}};
 }
 
-/* Is the segment from a to b surely outside of the wedge's sector? The sector is the common part, n <= 1, or the union, of the
- * half-spaces above its faces. */
-static bool below(const KellerWedge *w, KellerVec3 normal, KellerVec3 a, KellerVec3 b)
+/* Is the edge surely below the face with this normal of another? */
+static bool below(const EdgeLine *me, KellerVec3 normal, const KellerVec3 ends[2])
 {
-    KellerVec3 ends[2] = {v3_sub(a, w->origin), v3_sub(b, w->origin)};
-    for (int i = 0; i < 2; i++)
-        if (v3_dot(ends[i], normal) >= -1e-6 * (1 + v3_norm(ends[i]))) return false;
+    for (int i = 0; i < 2; i++) {
+        KellerVec3 v = v3_sub(ends[i], me->origin);
+        double h = v3_dot(v, normal);
+        if (h >= 0 || h * h <= 1e-12 * (1 + v3_dot(v, v))) return false;
+    }
     return true;
 }
 
-static bool outside_sector(const KellerWedge *w, KellerVec3 a, KellerVec3 b)
+/* The sector is the common part, n <= 1, or the union, of the half-spaces above its faces. */
+static bool outside_sector(const EdgeLine *me, const EdgeLine *other)
 {
-    bool first = below(w, w->normal0, a, b);
-    if (first != (w->n > 1)) return first;
-    double open = w->n * M_PI;
-    return below(w, v3_sub(v3_scale(w->tangent0, sin(open)), v3_scale(w->normal0, cos(open))), a, b);
+    const KellerVec3 ends[2] = {other->origin, v3_madd(other->origin, other->direction, other->length)};
+    bool first = below(me, me->normal[0], ends);
+    return first != me->convex ? first : below(me, me->normal[1], ends);
 }
 
-bool edge_pair(const KellerScene *scene, uint32_t first, uint32_t second, EdgePair *pair)
+/* The point mirrored in `count` of the faces, the first one first where way is 1, else the last one. */
+static KellerVec3 image_of(const KellerScene *scene, uint32_t count, const uint32_t *face, int way, KellerVec3 p)
 {
-    const KellerWedge *w[2] = {&scene->wedges[first], &scene->wedges[second]};
-    if (w[0]->vertex[0] == w[1]->vertex[0] && w[0]->vertex[1] == w[1]->vertex[1]) return false;
-    pair->turn = v3_dot(w[0]->direction, w[1]->direction);
+    for (uint32_t i = 0; i < count; i++) {
+        const KellerFace *f = &scene->faces[face[way > 0 ? i : count - 1 - i]];
+        p = v3_mirror_point(p, f->normal, f->offset);
+    }
+    return p;
+}
+
+static KellerVec3 on_edge(const KellerWedge *w, double t) { return v3_madd(w->origin, w->direction, t); }
+
+EdgeLine edge_line(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face)
+{
+    const KellerWedge *w = &scene->wedges[wedge];
+    const double open = w->n * M_PI;
+    EdgeLine l = {w->origin, w->direction, {w->normal0, v3_sub(v3_scale(w->tangent0, sin(open)), v3_scale(w->normal0, cos(open)))},
+                  w->length, path_rounding(scene, w->origin), w->n > 1};
+    for (uint32_t i = 0; i < count; i++) {
+        const KellerFace *f = &scene->faces[face[i]];
+        l.origin = v3_mirror_point(l.origin, f->normal, f->offset);
+        KellerVec3 *vector[3] = {&l.direction, &l.normal[0], &l.normal[1]};
+        for (int k = 0; k < 3; k++) *vector[k] = v3_madd(*vector[k], f->normal, -2 * v3_dot(*vector[k], f->normal));
+    }
+    return l;
+}
+
+bool edge_pair(const EdgeLine *first, const EdgeLine *second, EdgePair *pair)
+{
+    const EdgeLine *line[2] = {first, second};
+    pair->turn = v3_dot(first->direction, second->direction);
     for (int i = 0; i < 2; i++) {
-        const KellerWedge *me = w[i], *other = w[1 - i];
-        KellerVec3 end = v3_madd(other->origin, other->direction, other->length);
-        if (outside_sector(me, other->origin, end)) return false;
+        const EdgeLine *me = line[i], *other = line[1 - i];
+        if (outside_sector(me, other)) return false;
         KellerVec3 from = v3_sub(other->origin, me->origin);
         double z0 = v3_dot(from, me->direction);
         KellerVec3 p = v3_madd(from, me->direction, -z0), l = v3_madd(other->direction, me->direction, -pair->turn);
@@ -79,25 +104,79 @@ bool edge_pair(const KellerScene *scene, uint32_t first, uint32_t second, EdgePa
         pair->seen[i].a = v3_dot(p, p);
         pair->seen[i].b = 2 * v3_dot(p, l);
         pair->seen[i].c = v3_dot(l, l);
-        double rounding = path_rounding(scene, me->origin), far = pair->seen[i].a + other->length * (pair->seen[i].b + other->length * pair->seen[i].c);
+        double rounding = me->rounding, far = pair->seen[i].a + other->length * (pair->seen[i].b + other->length * pair->seen[i].c);
         if (pair->seen[i].a <= rounding * rounding && far <= rounding * rounding) return false; /* in one line */
     }
     return true;
 }
 
-bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other)
+/* Between places za and zb at distances ra and rb of a line the shortest way over the line meets it at their mean, with the weights rb and
+ * ra. Narrows `on` to where that may be; false: nowhere. */
+static bool narrow(const double za[2], const double ra[2], const double zb[2], const double rb[2], double on[2])
 {
+    double least = ra[0] + rb[1], most = ra[1] + rb[0], w[2] = {least > 0 ? ra[0] / least : 0, most > 0 ? ra[1] / most : 1};
+    double low = lesser(za[0] + w[0] * (zb[0] - za[0]), za[0] + w[1] * (zb[0] - za[0]));
+    double high = greater(za[1] + w[0] * (zb[1] - za[1]), za[1] + w[1] * (zb[1] - za[1]));
+    on[0] = greater(on[0], low - pad * (1 + fabs(low)));
+    on[1] = lesser(on[1], high + pad * (1 + fabs(high)));
+    return on[0] <= on[1];
+}
+
+bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other, double lit[2][2])
+{
+    enum { ROUNDS = 2 };        /* more narrow little: the places hardly depend on one another */
     const Arrival *side[2] = {one, other};
-    for (int i = 0; i < 2; i++) {
-        const Arrival *me = side[i], *far_one = side[1 - i];
-        double t0 = far_one->lit[0], t1 = far_one->lit[1], a = pair->seen[i].a, b = pair->seen[i].b, c = pair->seen[i].c;
-        double r0 = a + t0 * (b + t0 * c), r1 = a + t1 * (b + t1 * c), least = lesser(r0, r1);
-        double t = -0.5 * b; /* over c: where rho is least */
-        if (t > t0 * c && t < t1 * c) least = a + 0.5 * b * t / c;
-        double z0 = pair->seen[i].z0 + pair->turn * t0, z1 = pair->seen[i].z0 + pair->turn * t1, low, high;
-        path_cotangents(lesser(z0, z1) - me->lit[1], greater(z0, z1) - me->lit[0], sqrt(greater(0, least)) * (1 - 1e-6),
-                        sqrt(greater(0, greater(r0, r1))) * (1 + 1e-6), &low, &high);
-        if (low > me->cot[1] || high < me->cot[0]) return false;
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < 2; k++) lit[i][k] = side[i]->lit[k];
+    for (int round = 0; round < ROUNDS; round++)
+        for (int i = 0; i < 2; i++) {
+            const Arrival *me = side[i];
+            double t0 = lit[1 - i][0], t1 = lit[1 - i][1], a = pair->seen[i].a, b = pair->seen[i].b, c = pair->seen[i].c;
+            double r0 = a + t0 * (b + t0 * c), r1 = a + t1 * (b + t1 * c), least = lesser(r0, r1);
+            double t = -0.5 * b; /* over c: where rho is least */
+            if (t > t0 * c && t < t1 * c) least = a + 0.5 * b * t / c;
+            double z0 = pair->seen[i].z0 + pair->turn * t0, z1 = pair->seen[i].z0 + pair->turn * t1;
+            const double z[2] = {lesser(z0, z1), greater(z0, z1)};
+            const double rho[2] = {sqrt(greater(0, least)) * (1 - 1e-6), sqrt(greater(0, greater(r0, r1))) * (1 + 1e-6)};
+            const double from[2] = {me->z[0], me->z[1]}, away[2] = {greater(0, me->rho[0]), me->rho[1]};
+            if (!narrow(from, away, z, rho, lit[i])) return false;
+        }
+    return true;
+}
+
+bool edge_reached(double z_low, double z_high, double near, double far, const KellerWedge *line, KellerVec3 a, KellerVec3 b, double from, double to)
+{
+    double z[2], rho[2], on[2] = {from, to};
+    path_line_distances(line, a, b, &z[0], &z[1], &rho[0], &rho[1]);
+    const double za[2] = {z_low, z_high}, ra[2] = {near, far};
+    return narrow(za, ra, z, rho, on);
+}
+
+bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
+                   const double lit[2][2])
+{
+    const KellerWedge *w[2] = {&scene->wedges[first], &scene->wedges[second]};
+    KellerVec3 a[2];            /* of the first edge, mirrored in what is behind */
+    for (int k = 0; k < 2; k++) a[k] = on_edge(w[0], lit[0][k]);
+    for (uint32_t i = 0; i < count; i++) {
+        const KellerFace *f = &scene->faces[face[i]];
+        KellerVec3 low = v3(INFINITY, INFINITY, INFINITY), high = v3(-INFINITY, -INFINITY, -INFINITY);
+        double margin = 0;
+        bool crossed = true;
+        for (int k = 0; k < 4 && crossed; k++) { /* all crossings are in the hull of these four */
+            KellerVec3 p = a[k & 1], q = image_of(scene, count - i, &face[i], -1, on_edge(w[1], lit[1][k >> 1]));
+            double hp = v3_dot(f->normal, p) - f->offset, hq = v3_dot(f->normal, q) - f->offset;
+            margin = greater(margin, 4 * (path_rounding(scene, p) + path_rounding(scene, q) + KELLER_BOUNDARY_ANGLE * v3_distance(p, q)));
+            crossed = fabs(hp) > margin && fabs(hq) > margin && (hp > 0) != (hq > 0);
+            p = v3_madd(p, v3_sub(q, p), hp / (hp - hq));
+            low = v3(lesser(low.x, p.x), lesser(low.y, p.y), lesser(low.z, p.z));
+            high = v3(greater(high.x, p.x), greater(high.y, p.y), greater(high.z, p.z));
+        }
+        const FaceBox *box = &boxes[face[i]];
+        if (crossed && (low.x > box->upper.x + margin || high.x < box->lower.x - margin || low.y > box->upper.y + margin ||
+                        high.y < box->lower.y - margin || low.z > box->upper.z + margin || high.z < box->lower.z - margin))
+            return false;
+        for (int k = 0; k < 2; k++) a[k] = v3_mirror_point(a[k], f->normal, f->offset);
     }
     return true;
 }

@@ -6,6 +6,16 @@
 /* How the wave from the end comes to the last wedge of a sequence of the trie. */
 Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, KellerVec3 end);
 
+/* An edge, or its mirror image. */
+typedef struct {
+    KellerVec3 origin, direction, normal[2];    /* of the wedge's faces, into its sector */
+    double length, rounding;    /* m */
+    bool convex;                /* n > 1 */
+} EdgeLine;
+
+/* The wedge's edge mirrored in `count` faces, face[0] first. */
+EdgeLine edge_line(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face);
+
 /* Two edges, each in the frame of the other. */
 typedef struct {
     double turn;                /* cosine of the angle between them */
@@ -14,10 +24,19 @@ typedef struct {
     } seen[2];                  /* by the first and by the second */
 } EdgePair;
 
-/* False where no diffracted wave goes from the one to the other: they are one edge or lie in one line, or one is outside the
- * other's sector. */
-bool edge_pair(const KellerScene *scene, uint32_t first, uint32_t second, EdgePair *pair);
+/* False where no diffracted wave goes from the one to the other: they lie in one line, or one is outside the other's sector. */
+bool edge_pair(const EdgeLine *first, const EdgeLine *second, EdgePair *pair);
 
-/* Keller's law at both: can a ray that arrives at the first edge as `one` says go on to where the second is lit, and back? */
-bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other);
+/* Keller's law at both: can a ray that arrives at the first edge as `one` says go on to where the second is lit, and back? lit[i]: in
+ * which parts of the edges (m) it meets them then. */
+bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other, double lit[2][2]);
+
+/* Can rays from these parts of the two edges be mirrored in the faces between them, each within the face's box? */
+bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
+                   const double lit[2][2]);
+
+/* Keller's law at one: the wave's source is in z_low .. z_high (m) along the line's direction from its origin, at near .. far (m) from it.
+ * Can a ray leave the line's part from .. to for a point between a and b? */
+bool edge_reached(double z_low, double z_high, double near, double far, const KellerWedge *line, KellerVec3 a, KellerVec3 b, double from,
+                  double to);
 #endif

@@ -21,9 +21,11 @@ KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, u
         ends_free(ends);
         return keller_error(error, KELLER_FAILED, TRIE_FULL);
     }
-    for (uint32_t i = 0; i < ends->list.count; i++)
-        if (code_is_wedge(trie->nodes[ends->list.nodes[i]].code))
-            ends->arrival[i] = arrival_of(limits->scene, trie, ends->list.nodes[i], end);
+    for (uint32_t i = 0; i < ends->list.count; i++) {
+        uint32_t node = ends->list.nodes[i];
+        while (node != 0 && !code_is_wedge(trie->nodes[node].code)) node = trie->nodes[node].parent;
+        if (node != 0) ends->arrival[i] = arrival_of(limits->scene, trie, node, end);
+    }
     return KELLER_OK;
 }
 
@@ -58,8 +60,7 @@ static uint32_t run_end(const Side *s, uint32_t i)
     return i;
 }
 
-/* Forward sequences [f0, f1) that end in one step, and backward sequences [b0, b1): with the same last step, or, meeting on a
- * leg, all. */
+/* Forward sequences [f0, f1) and backward sequences [b0, b1) with one last step, or, meeting on a leg, all of them. */
 typedef struct {
     uint32_t f0, f1, b0, b1;
 } Group;
@@ -83,20 +84,10 @@ static size_t count_pairs(const Side *f, const Side *b, Group *groups, size_t *g
     return pairs;
 }
 
-static void count_on_leg(const Side *f, const Side *b, Group *groups, size_t *group_count)
-{
-    *group_count = 0;
-    for (uint32_t i = f->begin, end; i < f->end; i = end) {
-        end = run_end(f, i);
-        if (groups) groups[*group_count] = (Group){i, end, b->begin, b->end};
-        ++*group_count;
-    }
-}
-
 typedef struct {
     const JoinLimits *limits;
     Side forward, backward;
-    bool on_leg;
+    bool on_leg, between;       /* between two wedges, on the leg or at a face */
     KellerVec3 tx, rx;
 } Job;
 
@@ -149,25 +140,148 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     return true;
 }
 
-/* All pairs of one group whose lit parts and angles agree. */
+/* A run of sequences [begin, end) that agree in the steps from their last wedge on. */
+typedef struct {
+    uint32_t begin, end, wedge, faces, face[MOST];
+    EdgeLine line;              /* as seen where the two ends meet */
+} Tail;
+
+/* False: it has no wedge. */
+static bool tail_at(const Side *s, uint32_t index, Tail *tail)
+{
+    const TrieNode *nodes = s->ends->trie.nodes, *n = &nodes[s->ends->list.nodes[index]];
+    *tail = (Tail){.begin = index, .end = index};
+    for (; n != nodes; n = &nodes[n->parent]) {
+        tail->wedge = code_id(n->code);
+        if (code_is_wedge(n->code)) return true;
+        tail->face[tail->faces++] = code_id(n->code); /* the last one first */
+    }
+    return false;
+}
+
+/* All tails of the sequences [begin, end), which are sorted by them, mirrored but for the last `without` faces; NULL: out of memory. */
+static Tail *tails_of(const Side *s, const KellerScene *scene, uint32_t begin, uint32_t end, uint32_t without, uint32_t *count)
+{
+    uint32_t room = 0;
+    Tail *tails = NULL, next;
+    *count = 0;
+    for (uint32_t i = begin; i < end && tail_at(s, i, &next); i++) {
+        Tail *last = *count ? &tails[*count - 1] : NULL;
+        if (last && last->wedge == next.wedge && memcmp(last->face, next.face, sizeof next.face) == 0) {
+            last->end = i + 1;
+            continue;
+        }
+        if (*count == room) {
+            room = room ? 2 * room : 16;
+            Tail *grown = realloc(tails, room * sizeof *grown);
+            if (!grown) {
+                free(tails);
+                return NULL;
+            }
+            tails = grown;
+        }
+        uint32_t face[MOST], faces = next.faces - without;
+        for (uint32_t k = 0; k < faces; k++) face[k] = next.face[next.faces - 1 - k];
+        next.line = edge_line(scene, next.wedge, faces, face);
+        next.end = i + 1;
+        tails[(*count)++] = next;
+    }
+    return tails;
+}
+
+/* All pairs of two tails that agree at both wedges. */
+static bool solve_tails(const Job *job, const Tail *there, const Tail *back, PathList *list, JoinWork *work)
+{
+    const JoinLimits *l = job->limits;
+    EdgePair pair;
+    uint32_t faces = 0, face[2 * MOST]; /* between the two, from the transmitter's side on; the common one once */
+    if (!edge_pair(&there->line, &back->line, &pair)) return true;
+    const uint32_t *vertex[2] = {l->scene->wedges[there->wedge].vertex, l->scene->wedges[back->wedge].vertex};
+    if (job->on_leg && vertex[0][0] == vertex[1][0] && vertex[0][1] == vertex[1][1]) return true; /* one edge twice */
+    for (uint32_t k = there->faces; k-- > 0;) face[faces++] = there->face[k];
+    for (uint32_t k = !job->on_leg; k < back->faces; k++) face[faces++] = back->face[k];
+    for (uint32_t m = there->begin; m < there->end; m++)
+        for (uint32_t n = back->begin; n < back->end; n++) {
+            double lit[2][2];
+            if (!edges_agree(&pair, &job->forward.ends->arrival[m], &job->backward.ends->arrival[n], lit)) continue;
+            if (!faces_between(l->scene, l->boxes, there->wedge, back->wedge, faces, face, lit)) continue;
+            if (!solve_pair(job, m, n, list, work)) return false;
+        }
+    return true;
+}
+
+/* Those of one group that meet between two wedges. */
+typedef struct {
+    Tail *there, *back;
+    uint32_t there_count, back_count;
+} Tails;
+
+static bool tails_init(Tails *t, const Job *job, const Group *g)
+{
+    const KellerScene *scene = job->limits->scene;
+    t->there = tails_of(&job->forward, scene, g->f0, g->f1, 0, &t->there_count);
+    t->back = tails_of(&job->backward, scene, g->b0, g->b1, !job->on_leg, &t->back_count);
+    return t->there && t->back;
+}
+
+static void tails_free(Tails *t)
+{
+    free(t->there);
+    free(t->back);
+}
+
+static bool solve_tail(const Job *job, const Tails *t, uint32_t there, PathList *list, JoinWork *work)
+{
+    bool ok = true;
+    for (uint32_t i = 0; i < t->back_count && ok; i++) ok = solve_tails(job, &t->there[there], &t->back[i], list, work);
+    return ok;
+}
+
+/* Those pairs of one group whose lit parts agree. */
 static bool solve_group(const Job *job, const Group *g, PathList *list, JoinWork *work)
 {
     const Side *f = &job->forward, *b = &job->backward;
-    StepCode first = last_code(f, g->f0);
-    const Arrival *there = f->ends->arrival, *back = b->ends->arrival;
-    for (uint32_t j = g->b0, end; j < g->b1; j = end) { /* runs of one last step: only one unless they meet on a leg */
-        EdgePair pair;
-        end = job->on_leg ? run_end(b, j) : g->b1;
-        if (job->on_leg && !edge_pair(job->limits->scene, code_id(first), code_id(last_code(b, j)), &pair)) continue;
-        for (uint32_t i = g->f0; i < g->f1; i++)
-            for (uint32_t k = j; k < end; k++) {
-                if (job->on_leg ? !edges_agree(&pair, &there[i], &back[k])
-                                : code_is_wedge(first) && !meet_at_edge(&there[i], &back[k]))
-                    continue;
-                if (!solve_pair(job, i, k, list, work)) return false;
-            }
+    bool ok = true;
+    if (job->between) {
+        Tails tails;
+        ok = tails_init(&tails, job, g);
+        for (uint32_t i = 0; i < tails.there_count && ok; i++) ok = solve_tail(job, &tails, i, list, work);
+        tails_free(&tails);
+        return ok;
     }
+    const bool at_edge = code_is_wedge(last_code(f, g->f0));
+    for (uint32_t i = g->f0; i < g->f1; i++)
+        for (uint32_t k = g->b0; k < g->b1; k++)
+            if ((!at_edge || meet_at_edge(&f->ends->arrival[i], &b->ends->arrival[k])) && !solve_pair(job, i, k, list, work)) return false;
     return true;
+}
+
+typedef struct {
+    PathList list;
+    JoinWork work;
+    bool ok;
+} Own;
+
+/* What one thread of a team does of the groups. tails: of the only group that meets on a leg. */
+static void solve_share(const Job *job, const Group *groups, size_t count, const Tails *tails, Own *own)
+{
+    if (job->on_leg) {
+#pragma omp for schedule(dynamic, 1) nowait
+        for (uint32_t i = 0; i < tails->there_count; i++)
+            if (own->ok) own->ok = solve_tail(job, tails, i, &own->list, &own->work);
+    } else if (job->between) {
+#pragma omp for schedule(dynamic, 1) nowait
+        for (size_t m = 0; m < count; m++)
+            if (own->ok) own->ok = solve_group(job, &groups[m], &own->list, &own->work);
+    } else {
+        for (size_t m = 0; m < count; m++) { /* few groups: their rows are shared */
+#pragma omp for schedule(dynamic, 16) nowait
+            for (uint32_t i = groups[m].f0; i < groups[m].f1; i++) {
+                Group row = {i, i + 1, groups[m].b0, groups[m].b1};
+                if (own->ok) own->ok = solve_group(job, &row, &own->list, &own->work);
+            }
+        }
+    }
 }
 
 static bool solve_groups(const Job *job, const Group *groups, size_t count, PathList *list, JoinWork *work)
@@ -178,32 +292,25 @@ static bool solve_groups(const Job *job, const Group *groups, size_t count, Path
         for (size_t m = 0; m < count && ok; m++) ok = solve_group(job, &groups[m], list, work);
         return ok;
     }
+    Tails tails = {0};
+    if (job->on_leg && !tails_init(&tails, job, groups)) {
+        tails_free(&tails);
+        return false;
+    }
 #pragma omp parallel num_threads((int)threads)
     {
-        PathList own = {0};
-        JoinWork own_work = {0};
-        bool own_ok = true;
-        for (size_t m = 0; m < count && !job->on_leg; m++) { /* few groups: their rows are shared */
-#pragma omp for schedule(dynamic, 16) nowait
-            for (uint32_t i = groups[m].f0; i < groups[m].f1; i++) {
-                Group row = {i, i + 1, groups[m].b0, groups[m].b1};
-                if (own_ok) own_ok = solve_group(job, &row, &own, &own_work);
-            }
-        }
-        if (job->on_leg) {
-#pragma omp for schedule(dynamic, 1) nowait
-            for (size_t m = 0; m < count; m++)
-                if (own_ok) own_ok = solve_group(job, &groups[m], &own, &own_work);
-        }
+        Own own = {.ok = true};
+        solve_share(job, groups, count, &tails, &own);
 #pragma omp critical(keller_join)
         {
-            ok = ok && own_ok && path_list_append(list, &own);
-            work->candidates += own_work.candidates;
-            work->accel.nodes += own_work.accel.nodes;
-            work->accel.triangles += own_work.accel.triangles;
+            ok = ok && own.ok && path_list_append(list, &own.list);
+            work->candidates += own.work.candidates;
+            work->accel.nodes += own.work.accel.nodes;
+            work->accel.triangles += own.work.accel.triangles;
         }
-        path_list_free(&own);
+        path_list_free(&own.list);
     }
+    tails_free(&tails);
     return ok;
 }
 
@@ -217,7 +324,8 @@ static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, 
     if (job->on_leg) {
         job->forward = side_of(forward, pattern_first(pattern, planned.forward));
         job->backward = side_of(backward, pattern_last(pattern, planned.backward));
-        count_on_leg(&job->forward, &job->backward, NULL, group_count);
+        job->between = true;
+        *group_count = job->forward.begin < job->forward.end && job->backward.begin < job->backward.end;
         return;
     }
     size_t fewest = SIZE_MAX;
@@ -231,6 +339,7 @@ static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, 
         *group_count = groups_here;
         job->forward = f;
         job->backward = b;
+        job->between = pattern_wedges(first) > 0 && pattern_wedges(last) > 0 && !(first & 1);
     }
     assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
 }
@@ -247,7 +356,7 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
         if (group_count == 0) continue;
         Group *groups = malloc(group_count * sizeof *groups);
         ok = groups != NULL;
-        if (ok && job.on_leg) count_on_leg(&job.forward, &job.backward, groups, &group_count);
+        if (ok && job.on_leg) groups[0] = (Group){job.forward.begin, job.forward.end, job.backward.begin, job.backward.end};
         else if (ok) count_pairs(&job.forward, &job.backward, groups, &group_count);
         ok = ok && solve_groups(&job, groups, group_count, list, work);
         free(groups);

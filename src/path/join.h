@@ -1,6 +1,6 @@
 /* Candidates from both ends: a sequence s1 ... sk is in the transmitter's tree as s1 ... sm and in the receiver's as
  * sk ... sm for any m; the trees are joined at the common step sm, or, where s1 ... sm and sk ... sm+1 both end in a wedge, on
- * the leg between the two. */
+ * the leg between the two. Where sm is a face, and both have a wedge before it, only those are tried whose edges see one another in it. */
 #ifndef KELLER_PATH_JOIN_H
 #define KELLER_PATH_JOIN_H
 #include "path/plan.h"
@@ -8,15 +8,15 @@
 
 /* How a wave from the end of a search arrives at the last wedge of a sequence, conservatively. */
 typedef struct {
-    float cot[2];               /* cotangent of the angle to the edge, travelling along its direction */
     float lit[2];               /* part of the edge, m from its start */
+    float z[2], rho[2];         /* m: where the wave's source is, along the edge from its start, and away from its line */
 } Arrival;
 
 typedef struct {
     TreeLimits limits;
     Trie trie;
     TrieList list;              /* as wanted */
-    Arrival *arrival;           /* [list.count] where the last step is a wedge */
+    Arrival *arrival;           /* [list.count] at the last wedge of those that have one */
 } Ends;
 
 typedef struct {

@@ -21,7 +21,9 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
 
 /* Where the ends meet for a pattern of at least one step, of `bends` at most. A fan from a wedge costs more than anything else,
  * so the fewer the better. They meet on a leg between wedges that follow each other, so that neither end fans out from these, as
- * near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. */
+ * near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. Where of two wedges the transmitter sees
+ * the first one directly, they meet at the face behind it: a fan of each end finds more quickly what it is reflected in than those of one
+ * end find all wedges behind that. */
 Meeting plan_meeting(Pattern pattern, uint32_t bends);
 
 /* Fills the plans of both ends, which plan_init has made; so that for every kind of path the two ends meet. */
