@@ -98,9 +98,7 @@ static int sharper(const Beam *beam, double distance, const CellGrid *cells, Bea
     const double piece = beam->bundle.source_count > 1 ? v3_distance(v[0], v[1]) : 0;
     if (!(greater(wide, piece) > 0.25 * cells->step)) return 0;
     if (wide > piece) return beam_halves(beam, half);
-    half[0] = half[1] = *beam;
-    half[0].bundle.source[1] = half[1].bundle.source[0] = v3_scale(v3_add(v[0], v[1]), 0.5);
-    half[0].piece[1] = half[1].piece[0] = 0.5 * (beam->piece[0] + beam->piece[1]);
+    beam_pieces(beam, half);
     return 2;
 }
 

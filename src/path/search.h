@@ -124,4 +124,6 @@ void search_cells(Search *s, const Beam *beam);
 void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node);
 /* The two halves of the beam's window; fewer where one is empty. */
 int beam_halves(const Beam *beam, Beam half[2]);
+/* The beams of the two halves of its piece of edge. */
+void beam_pieces(const Beam *beam, Beam half[2]);
 #endif

@@ -61,10 +61,29 @@ int beam_halves(const Beam *beam, Beam half[2])
     return n;
 }
 
+void beam_pieces(const Beam *beam, Beam half[2])
+{
+    half[0] = half[1] = *beam;
+    half[0].bundle.source[1] = half[1].bundle.source[0] = v3_scale(v3_add(beam->bundle.source[0], beam->bundle.source[1]), 0.5);
+    half[0].piece[1] = half[1].piece[0] = 0.5 * (beam->piece[0] + beam->piece[1]);
+}
+
+/* How wide the sources of a beam from an edge that was mirrored look from near things, as an angle: its window hides less than they do. (Before
+ * the mirror the pieces that Keller's law asks for are short enough.) */
+static double sources_width(const Search *s, const Beam *beam)
+{
+    const Bundle *b = &beam->bundle;
+    const KellerScene *scene = s->limits->scene;
+    return b->source_count < 2 || beam->wedge != KELLER_NONE ? 0 : v3_distance(b->source[0], b->source[1]) / (NEARBY * v3_distance(scene->lower, scene->upper));
+}
+
 static void split(Search *s, const Beam *beam)
 {
     Beam half[2];
-    int n = beam_halves(beam, half);
+    KellerVec3 across;
+    int n = 2;
+    if (sources_width(s, beam) > window_width(&beam->bundle.window, &across)) beam_pieces(beam, half);
+    else n = beam_halves(beam, half);
     for (int i = 0; i < n; i++) {
         half[i].share = beam->share / n;
         search_next(s, &half[i]);
@@ -144,10 +163,11 @@ void search_next(Search *s, const Beam *beam)
     KellerVec3 across;
     double wide = window_width(&beam->bundle.window, &across);
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
-    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : beam->wedge != KELLER_NONE ? MUCH_FAN : MUCH_LAST;
-    /* a window narrower than the sources look wide from most things parts nothing from anything */
+    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : beam->bundle.source_count > 1 ? MUCH_FAN : MUCH_LAST;
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
-    q.may_split = wide > greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
+    /* a window narrower than the sources look wide from most things parts nothing from anything */
+    if (beam->wedge != KELLER_NONE) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
+    q.may_split = greater(wide, sources_width(s, beam)) > least;
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     if (!targets_only) query_faces(&q);
     if (use & PLAN_WEDGE) query_wedges(&q, targets_only ? l->targets : l->accel);
