@@ -3,6 +3,7 @@
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 FUZZ_SECONDS ?= 60
+LONG ?= $(or $(KELLER_LONG),0)
 WERROR ?= true
 
 # Debian's own Python and meson, where there are any: another Python that comes first on PATH may lack h5py.
@@ -23,7 +24,8 @@ COMPILER_fuzz = $(COMPILER_checked)
 
 help:
 	@echo 'make demo      run configs/street_canyon.xml: street_canyon.h5, a summary, street_canyon.png'
-	@echo 'make test      every test, built with gcc; the quick ones again, built with clang and sanitizers'
+	@echo 'make test      every test, built with gcc; the quick ones again, built with clang and sanitizers;'
+	@echo '               LONG=1 draws all random cases, not a part'
 	@echo 'make build     the program, optimised: $(KELLER)'
 	@echo 'make bench     the measurements under bench/'
 	@echo 'make fuzz      each fuzz target for FUZZ_SECONDS (now $(FUZZ_SECONDS)) seconds'
@@ -61,7 +63,7 @@ street_canyon.png: street_canyon.h5
 
 # Builds by itself, so that a failed build is counted and the other one still runs.
 test: setup
-	@MESON=$(MESON) $(PYTHON) tools/test.py --jobs $(JOBS) release checked:quick
+	@KELLER_LONG=$(LONG) MESON=$(MESON) $(PYTHON) tools/test.py --jobs $(JOBS) release checked:quick
 
 bench: build-release
 	@MESON=$(MESON) $(PYTHON) tools/bench.py build/release
