@@ -13,12 +13,14 @@ KELLER := build/release/src/cli/keller
 
 # The builds. `checked` is both the second compiler, its warnings errors too, and the sanitizers.
 OPTIONS_release = --prefix=$(PREFIX) --buildtype=release
-OPTIONS_checked = -Doptimization=1 -Ddebug=true -Db_sanitize=address,undefined -Db_lundef=false \
-    -Dc_args=-fno-sanitize-recover=all -Dcpp_args=-fno-sanitize-recover=all
+# What lets a finding name its line, and no more: whole debugging information takes a sixth of the time.
+CHECKED_ARGS = -gline-tables-only -fno-sanitize-recover=all
+OPTIONS_checked = -Doptimization=1 -Db_sanitize=address,undefined -Db_lundef=false -Dbench=false \
+    -Dc_args='$(CHECKED_ARGS)' -Dcpp_args='$(CHECKED_ARGS)'
 OPTIONS_fuzz = -Doptimization=1 -Ddebug=true -Dfuzz=true
 COMPILER_release = CC=gcc CXX=g++
-COMPILER_checked = CC=clang CXX=clang++
-COMPILER_fuzz = $(COMPILER_checked)
+COMPILER_checked = CC=clang CXX=clang++ CC_LD=lld CXX_LD=lld
+COMPILER_fuzz = CC=clang CXX=clang++
 
 .PHONY: help demo test build bench fuzz install clean setup build-release build-checked
 
