@@ -1,11 +1,13 @@
 """keller bench: the measurements behind docs/ run, print what they say they print, and leave nothing behind. Speaks TAP."""
 import csv
 import os
+import signal
 import subprocess
 import sys
+import time
 
 sys.dont_write_bytecode = True
-from test_program import DONE, PROGRAM, USAGE, expect, keller, main, names
+from test_program import DONE, FAILED, PROGRAM, USAGE, expect, keller, main, names
 
 
 def test_bench_prints_its_table(folder, shared):
@@ -56,6 +58,36 @@ def test_bench_of_paths(folder, shared):
     for wrong in [["--orders", "1,0"], ["--receivers", "0"], ["--threads"], ["--nothing", "1"]]:
         done = keller("bench", "paths", *wrong, cwd=folder)
         assert done.returncode == USAGE and wrong[0] in done.stderr, done
+
+
+def test_bench_of_paths_keeps_its_files_where_asked(folder, shared):
+    for again in range(2):      # the folder is made, or is there
+        expect(keller("bench", "paths", "--city", "300", "--receivers", "1", "--orders", "0,0,0", "--keep", "kept", cwd=folder,
+                      env={**os.environ, "TMPDIR": str(shared)}), DONE)
+        assert names(folder) == ["kept"] and names(folder / "kept") == ["city.obj", "places.csv", "run.h5", "run.xml"]
+    for keep in "kept/run.h5", "none/kept":
+        done = keller("bench", "paths", "--keep", keep, cwd=folder)
+        assert done.returncode == FAILED and f"{keep}: " in done.stderr, done
+
+
+def test_bench_of_paths_is_ended_and_leaves_nothing(folder, shared):
+    """By the time limit, in a city's making and in a run; by signals, while a program of it runs."""
+    here = {**os.environ, "TMPDIR": str(folder)}
+    done = keller("bench", "paths", "--city", "1e7", "--limit", "1", env=here)
+    assert done.returncode == FAILED and "10000000 triangles" in done.stderr and "--limit" in done.stderr, done
+    assert names(folder) == []
+    many = ["bench", "paths", "--csv", "--city", "3000", "--cells", "1e6", "--orders", "3,1,3"]
+    done = expect(keller(*many, "--limit", "1", env=here), DONE)
+    assert ",>1," in done.stdout and names(folder) == []
+    for number in [signal.SIGINT, signal.SIGTERM]:
+        bench = subprocess.Popen([PROGRAM, *many], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=here)
+        deadline = time.monotonic() + 60
+        while not list(folder.glob("*/run.xml")) and bench.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        bench.send_signal(number)
+        _, error = bench.communicate(timeout=60)
+        assert bench.returncode == FAILED and "interrupted" in error, (bench.returncode, error)
+        assert names(folder) == []
 
 
 def test_bench_of_next_hits_loses_none(folder, shared):
