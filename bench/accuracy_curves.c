@@ -97,8 +97,9 @@ static bool end_curves(const char *folder)
     FILE *f = create(folder, "end");
     if (!f) return false;
     for (int phi = 220; phi <= 300; phi += 80) {
+        const EdgeEnd whole = edge_end_whole(phi * M_PI / 180);
         for (double place = -6; place < 6.05; place += 0.1) {
-            EdgeEnd e = edge_end_at(place, phi * M_PI / 180);
+            EdgeEnd e = edge_end_at(place, phi * M_PI / 180, &whole);
             fprintf(f, "%.2f,%.6f,%.6f,%.6f,%.6f\n", place, cabs(e.program), cabs(e.exact), cabs(e.program - e.exact),
                     cabs((place > 0) - e.exact));
         }

@@ -12,22 +12,20 @@
  *                      up over threads where they share receivers
  *   cones, candidates, paths    counts: the same on every machine; of cones and candidates a few depend on the number of threads
  *   peak_mb            of the process
- * A run that takes longer than --limit (s; default 600) is ended, and its row says so. Status 1 if a run fails, 2 on wrong usage. */
+ * A run that takes longer than --limit (s; default 600) is ended, and its row says so; so is the making of a city, and that is a failure.
+ * Its files are in a temporary folder, or in --keep, which is made and not deleted. Status 1 if a run fails, 2 on wrong usage. */
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "../tests/unit/random.h"
 #include "accel_set.h"
 #include "io/result_read.h"
+#include "paths_run.h"
 
 enum { MOST = 16, TRIES = 1000 };
 static const double STREET = 0.5, RECEIVER = 1.5, TRANSMITTER = 25; /* m */
@@ -52,7 +50,8 @@ typedef struct {
     KellerVec3 transmitter;
     double step, limit;
     uint64_t seed;
-    char folder[PATH_MAX], program[PATH_MAX];
+    RunFolder *run;
+    char program[PATH_MAX];
 } Options;
 
 static const char usage[] = "keller-bench-paths [--csv] [--scene FILE | --city TRIANGLES]... [--orders R,D,I]... "
@@ -184,9 +183,8 @@ static KellerStatus write_places(const Options *o, const AccelBench *b, const Ke
 /* ---- a run ------------------------------------------------------------------------------------------------------------ */
 
 typedef struct {
-    double wall, cpu, peak;     /* s, s, MB */
+    RunCost cost;
     double search, solve, cones, candidates, paths;
-    bool late;
 } Row;
 
 static void add_statistic(void *context, const char *name, double value, const char *unit, const char *text)
@@ -199,51 +197,12 @@ static void add_statistic(void *context, const char *name, double value, const c
         if (strcmp(name, wanted[i].name) == 0) *wanted[i].value = value;
 }
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* Runs a program to its end, or to the limit. */
-static bool run_program(char *const *words, double limit, Row *row)
-{
-    double start = now();
-    fflush(stdout);
-    pid_t child = fork();
-    if (child == 0) { /* its tables are not wanted, its complaints are */
-        if (!freopen("/dev/null", "w", stdout)) _exit(127);
-        execv(words[0], words);
-        _exit(127);
-    }
-    if (child < 0) return false;
-    for (;;) {
-        int state;
-        struct rusage used;
-        pid_t ended = wait4(child, &state, WNOHANG, &used);
-        row->wall = now() - start;
-        if (ended < 0) return false;
-        if (ended == child) {
-            row->cpu = (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
-            row->peak = (double)used.ru_maxrss / 1024;
-            return row->late || (WIFEXITED(state) && WEXITSTATUS(state) == 0);
-        }
-        if (!row->late && row->wall > limit) {
-            row->late = true;
-            kill(child, SIGKILL);
-        }
-        const struct timespec moment = {0, 2000000};
-        nanosleep(&moment, NULL);
-    }
-}
-
 static KellerStatus run_case(const Options *o, const char *scene, KellerVec3 tx, const Orders *order, const Receivers *r, int threads,
                              Row *row, KellerError *error)
 {
     char config[PATH_MAX + 32], result[PATH_MAX + 32], count[16];
-    snprintf(config, sizeof config, "%s/run.xml", o->folder);
-    snprintf(result, sizeof result, "%s/run.h5", o->folder);
+    snprintf(config, sizeof config, "%s/run.xml", o->run->folder);
+    snprintf(result, sizeof result, "%s/run.h5", o->run->folder);
     snprintf(count, sizeof count, "%d", threads);
     FILE *file = fopen(config, "w");
     if (!file) return keller_error(error, KELLER_IO, "%s: %s", config, strerror(errno));
@@ -262,8 +221,8 @@ static KellerStatus run_case(const Options *o, const char *scene, KellerVec3 tx,
     if (fclose(file) != 0) return keller_error(error, KELLER_IO, "%s: %s", config, strerror(errno));
     char *words[] = {(char *)o->program, "run", config, "-o", result, "-j", count, "-q", "--force", NULL};
     *row = (Row){0};
-    if (!run_program(words, o->limit, row)) return keller_error(error, KELLER_FAILED, "%s run %s failed", o->program, config);
-    if (row->late) return KELLER_OK;
+    if (!run_program(o->run, words, o->limit, &row->cost)) return keller_error(error, KELLER_FAILED, "%s run %s failed", o->program, config);
+    if (row->cost.late) return KELLER_OK;
     KellerReader *reader;
     KellerStatus status = keller_reader_open(result, &reader, error);
     if (status != KELLER_OK) return status;
@@ -276,10 +235,11 @@ static void print_row(const Options *o, const char *name, uint32_t triangles, co
 {
     printf(o->csv ? "%s,%u,%u,%u,%u,%u,%s,%d," : "%-12s %9u %2u %2u %2u %8u %-6s %2d ", name, triangles, r->reflections, r->diffractions,
            r->interactions, s->count, s->cells ? "cells" : "points", threads);
-    if (w->late) printf(o->csv ? ">%.0f,,,,,,,%.0f\n" : "more than %.0f s; %.0f MB so far\n", o->limit, w->peak);
+    const RunCost *c = &w->cost;
+    if (c->late) printf(o->csv ? ">%.0f,,,,,,,%.0f\n" : "more than %.0f s; %.0f MB so far\n", o->limit, c->peak);
     else
-        printf(o->csv ? "%.3f,%.3f,%.3f,%.3f,%.0f,%.0f,%.0f,%.0f\n" : "%9.3f %9.3f %9.3f %9.3f %11.0f %12.0f %9.0f %7.0f\n", w->wall,
-               w->cpu, w->search, w->solve, w->cones, w->candidates, w->paths, w->peak);
+        printf(o->csv ? "%.3f,%.3f,%.3f,%.3f,%.0f,%.0f,%.0f,%.0f\n" : "%9.3f %9.3f %9.3f %9.3f %11.0f %12.0f %9.0f %7.0f\n", c->wall,
+               c->cpu, w->search, w->solve, w->cones, w->candidates, w->paths, c->peak);
     fflush(stdout);
 }
 
@@ -288,12 +248,14 @@ static void print_row(const Options *o, const char *name, uint32_t triangles, co
 static KellerStatus generate(const Options *o, double triangles, char *file, size_t size, KellerError *error)
 {
     char count[32], seed[32];
-    snprintf(file, size, "%s/city.obj", o->folder);
+    snprintf(file, size, "%s/city.obj", o->run->folder);
     snprintf(count, sizeof count, "%.0f", triangles);
     snprintf(seed, sizeof seed, "%llu", (unsigned long long)o->seed);
     char *words[] = {(char *)o->program, "scene", "generate", "city", "--triangles", count, "--seed", seed, "-o", file, "--force", NULL};
-    Row row = {0};
-    return run_program(words, INFINITY, &row) ? KELLER_OK : keller_error(error, KELLER_FAILED, "%s scene generate city failed", o->program);
+    RunCost cost;
+    if (!run_program(o->run, words, o->limit, &cost)) return keller_error(error, KELLER_FAILED, "%s scene generate city failed", o->program);
+    if (!cost.late) return KELLER_OK;
+    return keller_error(error, KELLER_FAILED, "a city of %s triangles took more than %g s; a larger --limit is expected", count, o->limit);
 }
 
 static KellerStatus measure_scene(const Options *o, const char *file, KellerError *error)
@@ -310,7 +272,7 @@ static KellerStatus measure_scene(const Options *o, const char *file, KellerErro
     if (status == KELLER_OK) {
         if (!o->placed && !place_transmitter(&b, accel, &tx))
             status = keller_error(error, KELLER_BAD_INPUT, "%s: no street was found for the transmitter; expected --transmitter X,Y,Z", file);
-        snprintf(places, sizeof places, "%s/places.csv", o->folder);
+        snprintf(places, sizeof places, "%s/places.csv", o->run->folder);
         for (int r = 0; r < o->receivers_count && status == KELLER_OK; r++) {
             if (!o->receivers[r].cells) status = write_places(o, &b, accel, places, o->receivers[r].count, error);
             for (int k = 0; k < o->orders_count; k++)
@@ -349,11 +311,11 @@ int main(int argc, char **argv)
     if (wrong) return wrong;
     KellerError error = {0};
     KellerStatus status = KELLER_OK;
-    const char *temporary = getenv("TMPDIR");
-    snprintf(o.folder, sizeof o.folder, "%s/keller-paths-XXXXXX", temporary ? temporary : "/tmp");
-    if (o.keep) snprintf(o.folder, sizeof o.folder, "%s", o.keep);
+    RunFolder run;
+    o.run = &run;
     if (!find_program(o.program)) status = keller_error(&error, KELLER_IO, "no program keller beside this one");
-    else if (!o.keep && !mkdtemp(o.folder)) status = keller_error(&error, KELLER_IO, "%s: %s", o.folder, strerror(errno));
+    else status = run_folder_start(&run, o.keep, &error);
+    const bool started = status == KELLER_OK;
     if (status == KELLER_OK)
         printf(o.csv ? "scene,triangles,reflections,diffractions,interactions,receivers,kind,threads,wall_s,cpu_s,search_s,solve_s,cones,"
                        "candidates,paths,peak_mb\n"
@@ -365,12 +327,6 @@ int main(int argc, char **argv)
         if (status == KELLER_OK) status = measure_scene(&o, file, &error);
     }
     if (status != KELLER_OK) fprintf(stderr, "keller-bench-paths: %s\n", error.message);
-    static const char *const made[] = {"run.xml", "run.h5", "places.csv", "city.obj"};
-    for (size_t i = 0; i < sizeof made / sizeof *made && !o.keep; i++) {
-        char name[PATH_MAX + 32];
-        snprintf(name, sizeof name, "%s/%s", o.folder, made[i]);
-        unlink(name);
-    }
-    if (!o.keep) rmdir(o.folder);
+    if (started) run_folder_end(&run);
     return status == KELLER_OK ? 0 : 1;
 }

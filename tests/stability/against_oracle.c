@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "against_oracle.h"
 
 /* The reflections and diffractions of a path, without the slabs between them. */
@@ -140,6 +141,7 @@ static void check_seed(uint64_t seed, uint32_t flags, const uint32_t orders[4], 
         tally->undecidable += oracle.undecidable;
         oracle_free(&oracle);
     }
+    tally->scenes++;
     tally->differences += differences;
     tally->scenes_different += differences > 0;
     found_free(&points);
@@ -151,6 +153,7 @@ static void check_seed(uint64_t seed, uint32_t flags, const uint32_t orders[4], 
 void check_seeds(unsigned long last, uint32_t flags, size_t order_count, const uint32_t (*orders)[4], Tally *tally)
 {
     unsigned long first = 1;
+    last = cases_scenes(last, order_count < last ? order_count : last);
     const char *seeds = getenv("KELLER_SEEDS");
     if (seeds) sscanf(seeds, "%lu-%lu", &first, &last);
     for (unsigned long seed = first; seed <= last; seed++) check_seed(seed, flags, orders[seed % order_count], tally);

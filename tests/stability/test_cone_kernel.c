@@ -1,6 +1,5 @@
 /* The cone kernel against the oracle: over random and adversarial cases of every test, no false negative, no range
- * that leaves out a part of the true one, Boolean forms that agree -- and a judge that would notice. KELLER_CASES sets
- * the number of cases for each test: 1000000, under the sanitizers 20000. */
+ * that leaves out a part of the true one, Boolean forms that agree -- and a judge that would notice. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,30 +9,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "../cases.h"
 #include "../unit/random.h"
 #include "cone_check.h"
 
 #define SEED 3
 #define QUAD_EVERY 8192
 
-#ifdef __SANITIZE_ADDRESS__
-#define CASES 20000
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define CASES 20000
-#endif
-#endif
-#ifndef CASES
-#define CASES 1000000
-#endif
-
 static const KellerRange ALL = {0, INFINITY};
 
-static uint64_t cases(void)
-{
-    const char *text = getenv("KELLER_CASES");
-    return text ? strtoull(text, NULL, 10) : CASES;
-}
+static uint64_t cases(void) { return cases_of(1000000); } /* for each test */
 
 /* ---- the oracle -------------------------------------------------------------------------------------------------- */
 

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "harness.h"
 #include "keller/wave.h"
 #include "scenes.h"
@@ -108,20 +109,20 @@ static void closed_room(void **state)
  * 1/sqrt(points) for the interference that does not average out. */
 static double power_out(const KellerSoup *soup, KellerVec3 tx, uint32_t reflections, uint32_t diffractions, uint32_t transmissions)
 {
-    enum { POINTS = 1500 };
     const double radius = 60;
-    KellerVec3 *rx = malloc(POINTS * sizeof *rx);
+    const int points = (int)cases_scenes(1500, 500);
+    KellerVec3 *rx = malloc((size_t)points * sizeof *rx);
     assert_non_null(rx);
-    for (int i = 0; i < POINTS; i++) { /* Fibonacci's lattice */
-        double z = 1 - (2 * i + 1.0) / POINTS, azimuth = 2.399963229728653 * i, r = sqrt(1 - z * z);
+    for (int i = 0; i < points; i++) { /* Fibonacci's lattice */
+        double z = 1 - (2 * i + 1.0) / points, azimuth = 2.399963229728653 * i, r = sqrt(1 - z * z);
         rx[i] = v3(tx.x + radius * r * cos(azimuth), tx.y + radius * r * sin(azimuth), tx.z + radius * z);
     }
     KellerScene scene = scene_of(soup);
     scene.transmissions = transmissions;
-    Run run = run_new(&tx, POINTS, rx, reflections, diffractions, reflections + diffractions + transmissions);
+    Run run = run_new(&tx, (size_t)points, rx, reflections, diffractions, reflections + diffractions + transmissions);
     run.transmissions = transmissions;
     FoundPaths found = run_simulation(&scene, &run);
-    double complex *field = calloc(2 * POINTS, sizeof *field); /* transmitted theta; in received theta, phi of one basis */
+    double complex *field = calloc(2 * (size_t)points, sizeof *field); /* transmitted theta; in received theta, phi of one basis */
     assert_non_null(field);
     double power = 0;
     for (size_t i = 0; i < found.count; i++) {
@@ -130,13 +131,13 @@ static double power_out(const KellerSoup *soup, KellerVec3 tx, uint32_t reflecti
         field[2 * p->rx] += p->transfer[0][0];
         field[2 * p->rx + 1] += p->transfer[0][2];
     }
-    for (int i = 0; i < 2 * POINTS; i++) power += creal(field[i] * conj(field[i]));
+    for (int i = 0; i < 2 * points; i++) power += creal(field[i] * conj(field[i]));
     double free_field = wave / (4 * M_PI * radius);
     found_free(&found);
     free(field);
     free(rx);
     keller_scene_free(&scene);
-    return power / (POINTS * free_field * free_field);
+    return power / (points * free_field * free_field);
 }
 
 static void through_a_sphere(void **state)

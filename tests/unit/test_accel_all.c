@@ -1,11 +1,12 @@
 /* Every query of every accelerator against the naive loop over all triangles and edges, on ordinary and hostile models; rays
- * that must not leak; cones that are called blocked. KELLER_CASES sets the number of rays from inside closed models. */
+ * that must not leak; cones that are called blocked. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "accel_model.h"
 #include "base/number.h"
 #include "io/generate.h"
@@ -495,22 +496,7 @@ static void same_for_threads(void **state)
 
 /* ---- rays from inside closed models ------------------------------------------------------------------------------- */
 
-/* Many where it is fast; with sanitizers the queries' memory is seen to be theirs by fewer. */
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define FEWER 10
-#endif
-#endif
-#ifndef FEWER
-#define FEWER 1
-#endif
-
-static uint64_t cases(void)
-{
-    const char *text = getenv("KELLER_CASES");
-    double n = text ? strtod(text, NULL) : 0;
-    return n >= 1 ? (uint64_t)n : 1000000 / FEWER;
-}
+enum { FROM_INSIDE = 1000000 };
 
 /* As many rays from within the buildings of a city, which are closed solids beside each other, through a triangle of which
  * they start. */
@@ -528,7 +514,7 @@ static void watertight_city(void **state)
         KellerAccel *accel;
         KellerAccelWork work = {0};
         assert_int_equal(keller_accel_new(&in, &(KellerAccelOptions){.name = names[k]}, &accel, NULL), KELLER_OK);
-        for (uint64_t q = 0; q < cases() / TREES + 1;) {
+        for (uint64_t q = 0; q < cases_of(FROM_INSIDE) / TREES + 1;) {
             const uint32_t *t = in.triangles[random_u32(&r) % in.triangle_count];
             KellerVec3 a = in.vertices[t[0]], b = in.vertices[t[1]], c = in.vertices[t[2]];
             KellerVec3 normal = v3_unit(v3_cross(v3_sub(b, a), v3_sub(c, a)));
@@ -552,7 +538,7 @@ static void watertight(void **state)
 {
     (void)state;
     Random r = {77};
-    const uint64_t all = cases(), models = 8, each = all / (models * TREES) + 1;
+    const uint64_t all = cases_of(FROM_INSIDE), models = 8, each = all / (models * TREES) + 1;
     for (uint32_t s = 0; s < models; s++) {
         Model m = model_make(s % 2 ? MODEL_ROOM : MODEL_SPHERE, (uint32_t[]){100, 600, 3000, 8000}[s / 2], &r);
         KellerVec3 middle = s == 3 || s == 4 ? v3(1e5, 2e5, -3e4) : v3(0, 0, 0);

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "accel_model.h"
 #include "base/number.h"
 
@@ -262,8 +263,7 @@ static void without_memory(void **state)
 static void watertight(void **state)
 {
     (void)state;
-    const char *text = getenv("KELLER_CASES");
-    size_t each = text ? (size_t)strtod(text, NULL) / 4 + 1 : 100000;
+    const size_t each = cases_of(400000) / 4 + 1;
     Random r = {78};
     KellerVec3 *origins = malloc(each * sizeof *origins), *directions = malloc(each * sizeof *directions);
     KellerRayHit *hits = malloc(each * sizeof *hits);

@@ -1,5 +1,4 @@
-/* Masks: no cell that holds something, or that is passed, is without its bit; and no hit is lost with them. KELLER_CASES sets the
- * number of rays and cones. */
+/* Masks: no cell that holds something, or that is passed, is without its bit; and no hit is lost with them. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -10,13 +9,7 @@
 #include "accel_model.h"
 #include "accel/ray8.h"
 #include "base/number.h"
-
-static uint64_t cases(void)
-{
-    const char *text = getenv("KELLER_CASES");
-    double n = text ? strtod(text, NULL) : 0;
-    return n >= 1 ? (uint64_t)n : 100000;
-}
+#include "../cases.h"
 
 /* Boxes of all shapes: flat ones, thin ones, far away from the middle. */
 static AccelBox random_box(Random *r, uint32_t q)
@@ -237,7 +230,7 @@ static void cull_no_hit(void **state)
     static const KellerMaskOptions how[] = {{0}, {.levels = 1}, {.levels = -1, .table = true}, {.compressed = true},
                                             {.resolution = 6, .levels = 2}, {.resolution = 6, .compressed = true, .table = true}};
     enum { HOW = sizeof how / sizeof *how };
-    const uint64_t each = cases() / (MODEL_KINDS * HOW) + 1;
+    const uint64_t each = cases_of(500000) / (MODEL_KINDS * HOW) + 1;
     Random r = {99};
     uint64_t hits = 0, spared = 0;
     for (uint32_t s = 0; s < MODEL_KINDS * HOW; s++) {
@@ -276,7 +269,8 @@ static void cull_no_hit(void **state)
         keller_accel_free(masked);
         model_free(&m);
     }
-    assert_true(hits > cases() / 10 && spared > cases() / 100);
+    const uint64_t all = each * MODEL_KINDS * HOW;
+    assert_true(hits > all / 10 && spared > all / 100);
 }
 
 static void refused(void **state)

@@ -1,5 +1,4 @@
-/* The iterator over hits against the naive loop over all triangles, on the models of accel_model.h; interleaved; refusals.
- * KELLER_CASES sets the number of rays. */
+/* The iterator over hits against the naive loop over all triangles, on the models of accel_model.h; interleaved; refusals. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -7,14 +6,8 @@
 #include <stdio.h>
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "nexthit_check.h"
-
-static uint64_t cases(void)
-{
-    const char *text = getenv("KELLER_CASES");
-    double n = text ? strtod(text, NULL) : 0;
-    return n >= 1 ? (uint64_t)n : 100000;
-}
 
 /* Rays and cones from anywhere, some aimed at vertices and along axes, with clips on either side of the origin. */
 static Query query(const Model *m, uint32_t i, const KellerCone *cone, bool cones, Random *r)
@@ -36,7 +29,7 @@ static void same_as_naive(void **state)
     KellerNexthit *it;
     assert_int_equal(keller_nexthit_new(&it, NULL), KELLER_OK);
     Random r = {cones ? 12u : 2018u};
-    const uint32_t scenes = 10 * MODEL_KINDS, each = (uint32_t)(cases() / scenes / (cones ? 20 : 1)) + 1;
+    const uint32_t scenes = 10 * MODEL_KINDS, all = (uint32_t)cases_of(100000), each = all / scenes / (cones ? 20 : 1) + 1;
     uint64_t hits = 0;
     for (uint32_t s = 0; s < scenes; s++) {
         uint32_t size = s < MODEL_KINDS ? 1 + random_u32(&r) % 20 : s % 4 ? 20 + random_u32(&r) % 100 : random_u32(&r) % 600;
@@ -55,7 +48,7 @@ static void same_as_naive(void **state)
         model_free(&m);
     }
     keller_nexthit_free(it);
-    assert_true(hits > cases() / 5);
+    assert_true(hits > all / 5);
 }
 
 /* Many iterators over one accelerator take turns, some left early and begun again with other rays. */

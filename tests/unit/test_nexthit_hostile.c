@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <cmocka.h>
 
+#include "../cases.h"
 #include "nexthit_check.h"
 
 enum { MOST = 1 << 15 };
@@ -100,7 +101,9 @@ static void coplanar_copies(void **state)
 {
     (void)state;
     const KellerVec3 v[3] = {v3(-3, -2, 5.1), v3(4, -1, 4.9), v3(0, 5, 5.3)};
-    for (uint32_t copies = 200; copies <= 5000; copies *= 5) {
+    static const uint32_t numbers[] = {200, 500, 5000};
+    for (int n = 0; n < 3; n++) {
+        const uint32_t copies = numbers[n];
         Pile *p = pile_new();
         Random r = {1};
         for (uint32_t i = 0; i < copies; i++) {
@@ -210,15 +213,16 @@ static void nested_shells(void **state)
             }
     }
     Bench b = bench(p, 2 * STRUCTURES);
+    const int rays = (int)cases_scenes(120, 24);
     uint32_t hits = 0;
-    for (int i = 0; i < 120; i++) {
+    for (int i = 0; i < rays; i++) {
         KellerVec3 origin = i % 3 ? random_point(&r, 4) : v3(0, 0, 0), to = random_point(&r, 1);
         if (i % 4 == 1) to = p->vertices[random_u32(&r) % (3 * p->in.triangle_count)];
         if (i % 8 == 2) to = v3_add(origin, v3(0, 0, 1));
         hits += check(&b, origin, v3_sub(to, origin), i % 5 ? all : (KellerRange){-3, 3});
         if (i % 20 == 0) hits += check_cone(&b, origin, v3_sub(to, origin), pow(10, random_in(&r, -8, -1)));
     }
-    assert_true(hits > 3000);
+    assert_true(hits > (uint32_t)rays * 25);
     done(&b);
 }
 
@@ -238,8 +242,9 @@ static void in_planes_and_along_edges(void **state)
     }
     Bench b = bench(p, 2 * STRUCTURES);
     uint32_t hits = 0;
+    const int rays = (int)cases_scenes(700, 140);
     const double places[] = {-1, 0, 0.5, 1, 2, 3.25, 4, 4.5}, slopes[] = {0, -0.0, 1e-300, -1e-18, 1e-9, 1, -1, 0.5};
-    for (int i = 0; i < 700; i++) {
+    for (int i = 0; i < rays; i++) {
         double o[3], d[3];
         for (int k = 0; k < 3; k++) {
             o[k] = places[random_u32(&r) % 8];
@@ -249,7 +254,7 @@ static void in_planes_and_along_edges(void **state)
         hits += check(&b, v3(o[0], o[1], o[2]), v3(d[0], d[1], d[2]), i % 3 ? all : (KellerRange){-INFINITY, INFINITY});
         if (i % 50 == 0) check_cone(&b, v3(o[0], o[1], o[2]), v3(d[0], d[1], d[2]), i % 100 ? 0 : 1e-6);
     }
-    assert_true(hits > 4000);
+    assert_true(hits > (uint32_t)rays * 11 / 2);
     done(&b);
 }
 

@@ -7,18 +7,13 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <cmocka.h>
+#include "../cases.h"
 #include "keller/accel.h"
 #include "keller/ray.h"
 #include "random.h"
 #include "real_scene.h"
 
 static const KellerRange FORWARD = {0, INFINITY};
-
-static int cases(int usual)
-{
-    const char *count = getenv("KELLER_CASES");
-    return count ? atoi(count) : usual;
-}
 
 static double spread(Random *r, double low, double high) { return pow(10, random_in(r, log10(low), log10(high))); }
 
@@ -147,7 +142,7 @@ static void no_leak(void **state)
 {
     (void)state;
     Random r = {21};
-    const int count = cases(1000000);
+    const int count = (int)cases_of(1000000);
     Mesh shapes[] = {sphere(3, 2), sphere(40, 3), sphere(3, 30), box()};
     long several = 0;
     for (int n = 0; n < count;) {
@@ -192,7 +187,7 @@ static void against_truth(void **state)
 {
     (void)state;
     Random r = {22};
-    const int count = cases(1000000);
+    const int count = (int)cases_of(1000000);
     long hits = 0, misses = 0;
     for (int n = 0; n < count; n++) {
         KellerVec3 o = random_point(&r, random_u32(&r) % 2 ? 10 : 1e5), v[3];
@@ -240,7 +235,7 @@ static void never_later(void **state)
 {
     (void)state;
     Random r = {23};
-    const int count = cases(1000000);
+    const int count = (int)cases_of(1000000);
     long hits = 0;
     for (int n = 0; n < count; n++) {
         KellerVec3 o = random_point(&r, random_u32(&r) % 2 ? 10 : 1e5), v[3];
@@ -303,7 +298,7 @@ static void never_later_in(const char *name, uint64_t seed)
     if (keller_scene_build(&soup, &scene, &error) != KELLER_OK) fail_msg("%s", error.message);
     if (keller_accel_build("auto", &scene, &accel, &error) != KELLER_OK) fail_msg("%s", error.message);
     Random r = {seed};
-    const int count = cases(100000);
+    const int count = (int)cases_of(100000);
     double length = v3_distance(scene.lower, scene.upper);
     long hits = 0;
     for (int n = 0; n < count; n++) {
