@@ -45,7 +45,7 @@ Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, Ke
 }
 
 /* Is the edge surely below the face with this normal of another? */
-static bool below(const EdgeLine *me, KellerVec3 normal, const KellerVec3 ends[2])
+static bool below(const EdgeImage *me, KellerVec3 normal, const KellerVec3 ends[2])
 {
     for (int i = 0; i < 2; i++) {
         KellerVec3 v = v3_sub(ends[i], me->origin);
@@ -56,7 +56,7 @@ static bool below(const EdgeLine *me, KellerVec3 normal, const KellerVec3 ends[2
 }
 
 /* The sector is the common part, n <= 1, or the union, of the half-spaces above its faces. */
-static bool outside_sector(const EdgeLine *me, const EdgeLine *other)
+static bool outside_sector(const EdgeImage *me, const EdgeImage *other)
 {
     const KellerVec3 ends[2] = {other->origin, v3_madd(other->origin, other->direction, other->length)};
     bool first = below(me, me->normal[0], ends);
@@ -64,7 +64,7 @@ static bool outside_sector(const EdgeLine *me, const EdgeLine *other)
 }
 
 /* The point mirrored in `count` of the faces, the first one first where way is 1, else the last one. */
-static KellerVec3 image_of(const KellerScene *scene, uint32_t count, const uint32_t *face, int way, KellerVec3 p)
+static KellerVec3 mirrored_in(const KellerScene *scene, uint32_t count, const uint32_t *face, int way, KellerVec3 p)
 {
     for (uint32_t i = 0; i < count; i++) {
         const KellerFace *f = &scene->faces[face[way > 0 ? i : count - 1 - i]];
@@ -75,11 +75,11 @@ static KellerVec3 image_of(const KellerScene *scene, uint32_t count, const uint3
 
 static KellerVec3 on_edge(const KellerWedge *w, double t) { return v3_madd(w->origin, w->direction, t); }
 
-EdgeLine edge_line(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face)
+EdgeImage edge_image(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face)
 {
     const KellerWedge *w = &scene->wedges[wedge];
     const double open = w->n * M_PI;
-    EdgeLine l = {w->origin, w->direction, {w->normal0, v3_sub(v3_scale(w->tangent0, sin(open)), v3_scale(w->normal0, cos(open)))},
+    EdgeImage l = {w->origin, w->direction, {w->normal0, v3_sub(v3_scale(w->tangent0, sin(open)), v3_scale(w->normal0, cos(open)))},
                   w->length, path_rounding(scene, w->origin), w->n > 1};
     for (uint32_t i = 0; i < count; i++) {
         const KellerFace *f = &scene->faces[face[i]];
@@ -90,12 +90,12 @@ EdgeLine edge_line(const KellerScene *scene, uint32_t wedge, uint32_t count, con
     return l;
 }
 
-bool edge_pair(const EdgeLine *first, const EdgeLine *second, EdgePair *pair)
+bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair)
 {
-    const EdgeLine *line[2] = {first, second};
+    const EdgeImage *line[2] = {first, second};
     pair->turn = v3_dot(first->direction, second->direction);
     for (int i = 0; i < 2; i++) {
-        const EdgeLine *me = line[i], *other = line[1 - i];
+        const EdgeImage *me = line[i], *other = line[1 - i];
         if (outside_sector(me, other)) return false;
         KellerVec3 from = v3_sub(other->origin, me->origin);
         double z0 = v3_dot(from, me->direction);
@@ -164,7 +164,7 @@ bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t firs
         double margin = 0;
         bool crossed = true;
         for (int k = 0; k < 4 && crossed; k++) { /* all crossings are in the hull of these four */
-            KellerVec3 p = a[k & 1], q = image_of(scene, count - i, &face[i], -1, on_edge(w[1], lit[1][k >> 1]));
+            KellerVec3 p = a[k & 1], q = mirrored_in(scene, count - i, &face[i], -1, on_edge(w[1], lit[1][k >> 1]));
             double hp = v3_dot(f->normal, p) - f->offset, hq = v3_dot(f->normal, q) - f->offset;
             margin = greater(margin, 4 * (path_rounding(scene, p) + path_rounding(scene, q) + KELLER_BOUNDARY_ANGLE * v3_distance(p, q)));
             crossed = fabs(hp) > margin && fabs(hq) > margin && (hp > 0) != (hq > 0);

@@ -11,10 +11,10 @@ typedef struct {
     KellerVec3 origin, direction, normal[2];    /* of the wedge's faces, into its sector */
     double length, rounding;    /* m */
     bool convex;                /* n > 1 */
-} EdgeLine;
+} EdgeImage;
 
 /* The wedge's edge mirrored in `count` faces, face[0] first. */
-EdgeLine edge_line(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face);
+EdgeImage edge_image(const KellerScene *scene, uint32_t wedge, uint32_t count, const uint32_t *face);
 
 /* Two edges, each in the frame of the other. */
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
 } EdgePair;
 
 /* False where no diffracted wave goes from the one to the other: they lie in one line, or one is outside the other's sector. */
-bool edge_pair(const EdgeLine *first, const EdgeLine *second, EdgePair *pair);
+bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair);
 
 /* Keller's law at both: can a ray that arrives at the first edge as `one` says go on to where the second is lit, and back? lit[i]: in
  * which parts of the edges (m) it meets them then. */

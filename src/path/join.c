@@ -143,7 +143,7 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
 /* A run of sequences [begin, end) that agree in the steps from their last wedge on. */
 typedef struct {
     uint32_t begin, end, wedge, faces, face[MOST];
-    EdgeLine line;              /* as seen where the two ends meet */
+    EdgeImage line;              /* as seen where the two ends meet */
 } Tail;
 
 /* False: it has no wedge. */
@@ -182,7 +182,7 @@ static Tail *tails_of(const Side *s, const KellerScene *scene, uint32_t begin, u
         }
         uint32_t face[MOST], faces = next.faces - without;
         for (uint32_t k = 0; k < faces; k++) face[k] = next.face[next.faces - 1 - k];
-        next.line = edge_line(scene, next.wedge, faces, face);
+        next.line = edge_image(scene, next.wedge, faces, face);
         next.end = i + 1;
         tails[(*count)++] = next;
     }

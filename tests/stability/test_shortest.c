@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "oracle_shortest.h"
+#include "path/arrival.h"
 #include "path/shortest.h"
 #include "scenes.h"
 
@@ -98,10 +99,57 @@ static void random_lines(void **state)
     assert_true(rays > 6000 && none > 3000);
 }
 
+/* ---- what bounds of two edges leave of them (path/arrival.h) ----------------------------------------------------------- */
+
+static Arrival arrival_around(Random *r, const EdgeLine *line, KellerVec3 source, double t)
+{
+    KellerVec3 v = v3_sub(source, line->origin);
+    const double z = v3_dot(v, line->direction), rho = v3_norm(v3_madd(v, line->direction, -z)), value[3] = {t, z, rho};
+    float bound[3][2];
+    for (int k = 0; k < 3; k++) { /* none, some or much room on either side, as if for rounding at the least */
+        bound[k][0] = (float)(value[k] - 1e-5 - (random_below(r, 3) ? draw(r, 0, 3) : 0));
+        bound[k][1] = (float)(value[k] + 1e-5 + (random_below(r, 3) ? draw(r, 0, 3) : 0));
+    }
+    return (Arrival){{bound[0][0], bound[0][1]}, {bound[1][0], bound[1][1]}, {fmaxf(0, bound[2][0]), bound[2][1]}};
+}
+
+/* The shortest way over two lines is never lost, wherever within their bounds edges and sources are; and where an edge is lit elsewhere,
+ * most pairs are seen to have none. */
+static void narrowed_edges(void **state)
+{
+    (void)state;
+    Random r = random_seeded(5);
+    size_t rays = 0, narrowed = 0, elsewhere = 0, refused = 0;
+    for (int i = 0; i < 20000; i++) {
+        Case c = draw_case(&r);
+        double t[MOST], lit[2][2];
+        if (!path_shortest(c.source, c.target, 2, c.line, ROUNDING * SIZE, t)) continue;
+        EdgeImage image[2];
+        for (int k = 0; k < 2; k++) /* no faces: everything is in its sector */
+            image[k] = (EdgeImage){.origin = c.line[k].origin, .direction = c.line[k].direction, .length = c.line[k].length, .rounding = ROUNDING * SIZE};
+        EdgePair pair;
+        if (!edge_pair(&image[0], &image[1], &pair)) continue; /* in one line: path_shortest may see it as nearly so */
+        Arrival there = arrival_around(&r, &c.line[0], c.source, t[0]), back = arrival_around(&r, &c.line[1], c.target, t[1]);
+        rays++;
+        assert_true(edges_agree(&pair, &there, &back, lit));
+        for (int k = 0; k < 2; k++) {
+            assert_true(lit[k][0] <= t[k] && t[k] <= lit[k][1]);
+            const Arrival *a = k ? &back : &there;
+            narrowed += lit[k][0] > a->lit[0] || lit[k][1] < a->lit[1];
+        }
+        const float shift = (float)draw(&r, 0.5, 3) + there.lit[1] - there.lit[0];
+        there.lit[0] += shift;
+        there.lit[1] += shift;
+        elsewhere++;
+        refused += !edges_agree(&pair, &there, &back, lit);
+    }
+    assert_true(rays > 10000 && narrowed > rays / 2 && refused > elsewhere / 4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_lines),
+        cmocka_unit_test(random_lines), cmocka_unit_test(narrowed_edges),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
