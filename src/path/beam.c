@@ -64,6 +64,55 @@ double window_width(const Window *w, KellerVec3 *across)
     return sqrt(greater(0, most));
 }
 
+void window_axes(KellerVec3 along, KellerVec3 across, KellerVec3 axis[3])
+{
+    axis[2] = along;
+    axis[0] = across;
+    axis[1] = v3_cross(axis[2], axis[0]);
+}
+
+bool window_slopes(const Window *w, const KellerVec3 axis[3], Slopes *slopes)
+{
+    const double front = 0.2; /* cosine: of the widest frustum, and a little more */
+    for (uint32_t i = 0; i < w->count; i++)
+        if (!(v3_dot(w->corner[i], axis[2]) > front)) return false;
+    for (uint32_t i = 0; i < w->count; i++)
+        for (int k = 0; k < 2; k++) {
+            double slope = v3_dot(w->corner[i], axis[k]) / v3_dot(w->corner[i], axis[2]), pad = BEAM_PAD * (1 + fabs(slope));
+            slopes->low[k] = lesser(slopes->low[k], slope - pad);
+            slopes->high[k] = greater(slopes->high[k], slope + pad);
+        }
+    return true;
+}
+
+int window_halves(const Window *w, Window half[2])
+{
+    KellerVec3 across = v3(0, 0, 0), axis[3];
+    int n = 0;
+    if (!(window_width(w, &across) > WINDOW_LEAST)) return 0;
+    across = v3_unit(across); /* from corner to corner, both of one length: halfway between them it is perpendicular */
+    for (int side = -1; side <= 1; side += 2) {
+        half[n] = *w;
+        bool left = window_cut(&half[n], v3_scale(across, side));
+        if (left && memcmp(&half[n], w, sizeof *w) == 0) { /* too many corners, or none that rounding left convex: their rectangle has four */
+            Slopes slopes = SLOPES_NONE;
+            KellerVec3 along = window_middle(w);
+            across = v3_unit(v3_madd(across, along, -v3_dot(across, along)));
+            window_axes(along, across, axis);
+            if (!window_slopes(w, axis, &slopes)) return 0;
+            for (int k = 0; k < 2; k++) {
+                Slopes part = slopes;
+                const double middle = 0.5 * (slopes.low[0] + slopes.high[0]);
+                *(k ? &part.low[0] : &part.high[0]) = middle;
+                half[k] = window_of(axis, &part);
+            }
+            return 2;
+        }
+        n += left;
+    }
+    return n;
+}
+
 KellerVec3 window_middle(const Window *w)
 {
     KellerVec3 middle = v3(0, 0, 0);

@@ -11,6 +11,8 @@ enum {
 /* Sides and corners are trusted to this angle (radians): above KELLER_BOUNDARY_ANGLE and far above their rounding. A window is so
  * much wider than what it is to hold. */
 #define WINDOW_PAD (4 * KELLER_BOUNDARY_ANGLE)
+#define WINDOW_LEAST (16 * WINDOW_PAD)  /* narrower windows are not halved: their sides are hardly apart */
+#define BEAM_PAD 1e-9           /* relative widening of slopes, far above their rounding */
 
 /* Directions d with side[i].d <= WINDOW_PAD |d| for all i: non-negative combinations of the corners. Unit vectors; corners i and
  * i + 1 are on side i. */
@@ -33,6 +35,13 @@ bool window_cut(Window *window, KellerVec3 normal);
 /* The largest distance between two corners, and the difference of the two. */
 double window_width(const Window *window, KellerVec3 *across);
 KellerVec3 window_middle(const Window *window);
+/* Two parts, each about half as wide, that together hold the window; less than two where one is empty, 0 where it is not to be halved: at
+ * most WINDOW_LEAST wide, or of many corners and nearly a half-space. */
+int window_halves(const Window *window, Window half[2]);
+/* A frame whose z is `along`, x is `across`, at right angles to it; unit vectors. */
+void window_axes(KellerVec3 along, KellerVec3 across, KellerVec3 axis[3]);
+/* Widens the slopes, in this frame, to hold those of the window; false if parts of it are not in front. */
+bool window_slopes(const Window *window, const KellerVec3 axis[3], Slopes *slopes);
 
 /* All rays that start in the hull of the sources and run in the directions of the window. */
 typedef struct {

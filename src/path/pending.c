@@ -9,35 +9,18 @@
 
 enum { PENDING_MOST = 1 << 17 };
 
-static void frame_of(KellerVec3 along, KellerVec3 axis[3])
-{
-    axis[2] = along;
-    axis[0] = v3_perpendicular(along);
-    axis[1] = v3_cross(axis[2], axis[0]);
-}
-
-/* Widens the slopes to hold those of the window; false if parts of it are not in front. */
 static bool add_slopes(const Window *w, KellerVec3 along, Slopes *slopes)
 {
-    const double front = 0.2; /* cosine: of the widest frustum, and a little more */
     KellerVec3 axis[3];
-    frame_of(along, axis);
-    for (uint32_t i = 0; i < w->count; i++)
-        if (!(v3_dot(w->corner[i], along) > front)) return false;
-    for (uint32_t i = 0; i < w->count; i++)
-        for (int k = 0; k < 2; k++) {
-            double slope = v3_dot(w->corner[i], axis[k]) / v3_dot(w->corner[i], along), pad = BEAM_PAD * (1 + fabs(slope));
-            slopes->low[k] = lesser(slopes->low[k], slope - pad);
-            slopes->high[k] = greater(slopes->high[k], slope + pad);
-        }
-    return true;
+    window_axes(along, v3_perpendicular(along), axis);
+    return window_slopes(w, axis, slopes);
 }
 
 static Beam beam_of(const Pending *p)
 {
     Beam b = {.node = p->node, .mirror = p->mirror, .wedge = KELLER_NONE, .passed = p->passed};
     KellerVec3 axis[3];
-    frame_of(p->along, axis);
+    window_axes(p->along, v3_perpendicular(p->along), axis);
     b.bundle.source_count = p->source_count;
     memcpy(b.bundle.source, p->source, sizeof p->source);
     b.bundle.window = window_of(axis, &p->slopes);

@@ -6,7 +6,6 @@
 #include "path/slabs.h"
 #include "path/tree.h"
 
-#define BEAM_PAD 1e-9           /* relative widening of slopes, far above their rounding */
 #define SEARCH_SPHERE 0.2       /* share of a search that looking around from the end is, about: the rest is what was put off */
 
 typedef struct {
@@ -17,6 +16,7 @@ typedef struct {
     uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
     double piece[2];            /* m along the edge of the last wedge: where the two sources are images of */
     double share;               /* of the sphere, of a beam from the end itself */
+    bool whole;                 /* not to be split */
 } Beam;
 
 typedef struct {
@@ -122,7 +122,7 @@ void search_cells(Search *s, const Beam *beam);
 /* The same for a beam that runs to the face and is mirrored there, its sequence then `node`; narrowed to the face. Parts of it that do
  * not get there are left out. */
 void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node);
-/* The two halves of the beam's window; fewer where one is empty. */
+/* The two halves of the beam's window, as window_halves has them. */
 int beam_halves(const Beam *beam, Beam half[2]);
 /* The beams of the two halves of its piece of edge. */
 void beam_pieces(const Beam *beam, Beam half[2]);

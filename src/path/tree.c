@@ -50,13 +50,11 @@ void *search_room(Search *s, void *array, uint32_t count, uint32_t *capacity, si
 
 int beam_halves(const Beam *beam, Beam half[2])
 {
-    KellerVec3 across = v3(0, 0, 0);
-    window_width(&beam->bundle.window, &across);
-    across = v3_unit(across); /* from corner to corner, both of one length: halfway between them it is perpendicular */
-    int n = 0;
-    for (int side = -1; side <= 1; side += 2) {
-        half[n] = *beam;
-        n += window_cut(&half[n].bundle.window, v3_scale(across, side));
+    Window window[2];
+    int n = window_halves(&beam->bundle.window, window);
+    for (int i = 0; i < n; i++) {
+        half[i] = *beam;
+        half[i].bundle.window = window[i];
     }
     return n;
 }
@@ -84,6 +82,11 @@ static void split(Search *s, const Beam *beam)
     int n = 2;
     if (sources_width(s, beam) > window_width(&beam->bundle.window, &across)) beam_pieces(beam, half);
     else n = beam_halves(beam, half);
+    if (n == 0) { /* as it is, then; if it was too wide for a cone, there is no way on */
+        s->failed = s->failed || beam->whole;
+        half[n] = *beam;
+        half[n++].whole = true;
+    }
     for (int i = 0; i < n; i++) {
         half[i].share = beam->share / n;
         search_next(s, &half[i]);
@@ -167,7 +170,7 @@ void search_next(Search *s, const Beam *beam)
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     /* a window narrower than the sources look wide from most things parts nothing from anything */
     if (beam->wedge != KELLER_NONE) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
-    q.may_split = greater(wide, sources_width(s, beam)) > least;
+    q.may_split = !beam->whole && greater(wide, sources_width(s, beam)) > least;
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     if (!targets_only) query_faces(&q);
     if (use & PLAN_WEDGE) query_wedges(&q, targets_only ? l->targets : l->accel);

@@ -197,9 +197,47 @@ static void parts_of_edges(void **state)
     assert_true(met > 5000 && cut > 20000);
 }
 
+/* Windows of many corners, halved until they are narrow: every direction of the whole is in one of the parts, and the parts come to an
+ * end. (A half that had more corners than there is room for was the whole again.) */
+static void halves_hold_the_whole(void **state)
+{
+    (void)state;
+    Random r = {9};
+    size_t full = 0;
+    for (int i = 0; i < 2000; i++) {
+        KellerVec3 axis[3] = {[2] = random_unit(&r)};
+        axis[0] = v3_perpendicular(axis[2]);
+        axis[1] = v3_cross(axis[2], axis[0]);
+        const double size = pow(10, random_in(&r, -6, 0));
+        Window w = window_of(axis, &(Slopes){{-size, -size}, {size, size}});
+        for (int k = 0; k < 12; k++) /* corners cut off */
+            window_cut(&w, v3_unit(v3_madd(v3_add(v3_scale(axis[0], random_in(&r, -1, 1)), v3_scale(axis[1], random_in(&r, -1, 1))), axis[2], -size * random_in(&r, 0.6, 1))));
+        full += w.count == WINDOW_MOST;
+        Window parts[2];
+        int n = 1;
+        KellerVec3 across, d = window_middle(&w);
+        for (uint32_t k = 0; k < w.count; k++) d = v3_madd(d, w.corner[k], random_in(&r, 0, 1));
+        int depth = 0;
+        for (; n > 0 && depth < 200; depth++) {
+            n = window_halves(&w, parts);
+            bool held = n == 0;
+            for (int k = 0; k < n; k++) {
+                bool in = true;
+                for (uint32_t j = 0; j < parts[k].count; j++) in = in && v3_dot(parts[k].side[j], d) <= WINDOW_PAD * v3_norm(d);
+                if (in && !held) w = parts[k];
+                held = held || in;
+            }
+            assert_true(held);
+        }
+        assert_true(depth < 200);
+        assert_true(window_width(&w, &across) <= WINDOW_LEAST);
+    }
+    assert_true(full > 100);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_met_is_missed), cmocka_unit_test(parts_of_edges)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(halves_hold_the_whole), cmocka_unit_test(nothing_met_is_missed), cmocka_unit_test(parts_of_edges)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
