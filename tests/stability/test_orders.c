@@ -16,6 +16,8 @@
 #include "oracle.h"
 #include "plates.h"
 
+enum { APERTURES = 3 };
+static const double half_apertures[APERTURES] = {8, 2, 0.5}; /* degrees: apertures of 16, 4 and 1 */
 enum { REFLECTIONS = 3, DIFFRACTIONS = 2, TRANSMISSIONS = 2, INTERACTIONS = REFLECTIONS + DIFFRACTIONS + TRANSMISSIONS };
 
 #define DEGREE 0.017453292519943295
@@ -25,6 +27,7 @@ enum { REFLECTIONS = 3, DIFFRACTIONS = 2, TRANSMISSIONS = 2, INTERACTIONS = REFL
 
 typedef struct {
     size_t scenes, searches, scenes_different, differences, candidates, undecidable;
+    uint64_t cones[APERTURES];
     size_t paths[REFLECTIONS + 1][DIFFRACTIONS + 1][TRANSMISSIONS + 1]; /* the oracle's, decided ones */
 } OrdersTally;
 
@@ -91,8 +94,7 @@ static void count_paths(const OracleResult *oracle, OrdersTally *tally)
 
 static void check_scene(uint64_t seed, OrdersTally *tally)
 {
-    static const double half_apertures[] = {8, 2, 0.5}; /* degrees: apertures of 16, 4 and 1 */
-    static const char *const names[PLATES_TRIANGULATIONS][3] = {
+    static const char *const names[PLATES_TRIANGULATIONS][APERTURES] = {
         {"16 degrees, as built,", "4 degrees, as built,", "1 degree, as built,"},
         {"16 degrees, other diagonals,", "4 degrees, other diagonals,", "1 degree, other diagonals,"},
         {"16 degrees, refined,", "4 degrees, refined,", "1 degree, refined,"}};
@@ -114,7 +116,7 @@ static void check_scene(uint64_t seed, OrdersTally *tally)
                    scene[0].wedge_count);
             differences++;
         }
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < APERTURES; k++) {
             Run run = run_new(&tx, 1, &rx, REFLECTIONS, DIFFRACTIONS, INTERACTIONS);
             run.transmissions = TRANSMISSIONS;
             run.cone = half_apertures[k] * DEGREE;
@@ -122,6 +124,7 @@ static void check_scene(uint64_t seed, OrdersTally *tally)
             FoundPaths found = run_simulation(&scene[i], &run);
             rename_steps(&scene[0], &scene[i], &found);
             differences += compare_with_oracle(&scene[0], tx, rx, seed, 0, TRANSMISSIONS, &oracle, &found, names[i][k]);
+            tally->cones[k] += found.work.cones;
             found_free(&found);
             tally->searches++;
         }
@@ -138,8 +141,10 @@ static void check_scene(uint64_t seed, OrdersTally *tally)
 
 static void print_tally(const OrdersTally *t)
 {
-    printf("# %zu scenes, %zu searches, %zu candidates, %zu undecidable, %zu scenes differ; paths by kind:\n", t->scenes,
+    printf("# %zu scenes, %zu searches, %zu candidates, %zu undecidable, %zu scenes differ; cones of the apertures:", t->scenes,
            t->searches, t->candidates, t->undecidable, t->scenes_different);
+    for (int k = 0; k < APERTURES; k++) printf(" %llu", (unsigned long long)t->cones[k]);
+    printf("\n");
     for (int d = 0; d <= DIFFRACTIONS; d++)
         for (int s = 0; s <= TRANSMISSIONS; s++) {
             printf("# %d diffractions, %d transmissions, 0 to %d reflections:", d, s, REFLECTIONS);
@@ -161,7 +166,8 @@ static void random_plates(void **state)
     assert_int_equal(tally->differences, 0);
 }
 
-/* The comparison would be empty if most were undecidable, or if plates did not make paths of these orders. */
+/* The comparison would be empty if most were undecidable, if plates did not make paths of these orders, or apertures no other
+ * cones. */
 static void random_plates_say_something(void **state)
 {
     const OrdersTally *t = *state;
@@ -176,6 +182,7 @@ static void random_plates_say_something(void **state)
                 both += d == 2 && s > 0 && r > 0 ? n : 0;
             }
     assert_true(t->undecidable * 20 < paths);
+    assert_true(t->cones[0] < t->cones[1] && t->cones[1] < t->cones[2]);
     if (getenv("KELLER_SEEDS")) return;
     assert_true(reflected > 800 && through > 500 && both > 400);
     assert_true(t->paths[REFLECTIONS][DIFFRACTIONS][TRANSMISSIONS] > 30);
