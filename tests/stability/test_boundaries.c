@@ -208,12 +208,45 @@ static void ridge_between_roofs(void **state)
     }
 }
 
+/* Three boxes in a row, turned so that nothing is a round number, with their fronts in one plane: the leg from the first one's corner
+ * to the third one's lies in the plane of the second one's front, wherever the stations are. Its share must not be that of rounding. */
+static void along_flush_fronts(void **state)
+{
+    (void)state;
+    const double c = cos(0.3), s = sin(0.3), begin[] = {-9, -2, 5}, end[] = {-4, 1, 8};
+    for (int i = 0; i < 8; i++) {
+        KellerSoup soup = soup_new();
+        for (int k = 0; k < 3; k++) {
+            soup_object(&soup, "box");
+            const double depth = 3 + k, front = 0.1 * i;
+            const double x[] = {begin[k], end[k], end[k], begin[k]}, y[] = {front, front, front + depth, front + depth};
+            KellerVec3 base[4];
+            for (int j = 0; j < 4; j++) base[j] = v3(c * x[j] - s * y[j], s * x[j] + c * y[j], 0);
+            soup_prism(&soup, 4, base, v3(0, 0, 9), CONCRETE, 0);
+        }
+        KellerScene scene = finish(&soup);
+        KellerVec3 tx = v3(-8 * c + 4 * s, -8 * s - 4 * c, 3), rx = v3(7 * c + 5 * s, 7 * s - 5 * c, 5 + 0.1 * i);
+        Run run = run_new(&tx, 1, &rx, 0, 2, 2);
+        FoundPaths there = run_simulation(&scene, &run);
+        run.tx = &rx;
+        run.rx = &tx;
+        FoundPaths back = run_simulation(&scene, &run);
+        PathDifference d = paths_compare(&there, 0, &back, 0, 1e-9, true, NULL, true);
+        assert_int_equal(d.only_a + d.only_b, 0);
+        assert_true(d.matched > 4 && d.gain_error < 1e-9);
+        found_free(&there);
+        found_free(&back);
+        keller_scene_free(&scene);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(on_the_bisector),   cmocka_unit_test(double_reflection_boundary), cmocka_unit_test(whole_metres),
         cmocka_unit_test(station_on_a_wall), cmocka_unit_test(station_on_a_roof),          cmocka_unit_test(between_two_materials),
         cmocka_unit_test(behind_a_wall),     cmocka_unit_test(ridge_between_roofs),
+        cmocka_unit_test(along_flush_fronts),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
