@@ -178,6 +178,21 @@ static void behind_a_wall(void **state)
     keller_scene_free(&scene);
 }
 
+/* Over two edges: more than so many paths, and the same ones with transmitter and receiver exchanged. */
+static void same_from_both_ends(const KellerScene *scene, KellerVec3 tx, KellerVec3 rx, size_t least)
+{
+    Run run = run_new(&tx, 1, &rx, 0, 2, 2);
+    FoundPaths there = run_simulation(scene, &run);
+    run.tx = &rx;
+    run.rx = &tx;
+    FoundPaths back = run_simulation(scene, &run);
+    PathDifference d = paths_compare(&there, 0, &back, 0, 1e-9, true, NULL, true);
+    assert_int_equal(d.only_a + d.only_b, 0);
+    assert_true(d.matched > least && d.gain_error < 1e-9);
+    found_free(&there);
+    found_free(&back);
+}
+
 /* Two flat roofs 2 m high and between them a slanted ridge just as high, which the leg from roof to roof touches exactly: rounding
  * has no say, since its volume with the ridge is 0. The path is there or not, but for both directions alike. */
 static void ridge_between_roofs(void **state)
@@ -194,22 +209,13 @@ static void ridge_between_roofs(void **state)
         soup_prism(&soup, 3, gable, v3(2 * s, 4, 0), CONCRETE, 0);
         KellerScene scene = finish(&soup);
         KellerVec3 tx = v3(-3, 0.375, 5), rx = v3(3.5, -0.25, 4);
-        Run run = run_new(&tx, 1, &rx, 0, 2, 2);
-        FoundPaths there = run_simulation(&scene, &run);
-        run.tx = &rx;
-        run.rx = &tx;
-        FoundPaths back = run_simulation(&scene, &run);
-        PathDifference d = paths_compare(&there, 0, &back, 0, 1e-9, true, NULL, true);
-        assert_int_equal(d.only_a + d.only_b, 0);
-        assert_true(d.matched > 2 && d.gain_error < 1e-9);
-        found_free(&there);
-        found_free(&back);
+        same_from_both_ends(&scene, tx, rx, 2);
         keller_scene_free(&scene);
     }
 }
 
-/* Three boxes in a row, turned so that nothing is a round number, with their fronts in one plane: the leg from the first one's corner
- * to the third one's lies in the plane of the second one's front, wherever the stations are. Its share must not be that of rounding. */
+/* Three boxes in a row, turned so that nothing is a round number, with their fronts in one plane: the leg from the first one's
+ * corner to the third one's lies in the plane of the second one's front, wherever the stations are. Its share is not rounding's. */
 static void along_flush_fronts(void **state)
 {
     (void)state;
@@ -226,16 +232,7 @@ static void along_flush_fronts(void **state)
         }
         KellerScene scene = finish(&soup);
         KellerVec3 tx = v3(-8 * c + 4 * s, -8 * s - 4 * c, 3), rx = v3(7 * c + 5 * s, 7 * s - 5 * c, 5 + 0.1 * i);
-        Run run = run_new(&tx, 1, &rx, 0, 2, 2);
-        FoundPaths there = run_simulation(&scene, &run);
-        run.tx = &rx;
-        run.rx = &tx;
-        FoundPaths back = run_simulation(&scene, &run);
-        PathDifference d = paths_compare(&there, 0, &back, 0, 1e-9, true, NULL, true);
-        assert_int_equal(d.only_a + d.only_b, 0);
-        assert_true(d.matched > 4 && d.gain_error < 1e-9);
-        found_free(&there);
-        found_free(&back);
+        same_from_both_ends(&scene, tx, rx, 4);
         keller_scene_free(&scene);
     }
 }
