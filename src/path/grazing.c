@@ -130,9 +130,12 @@ bool path_several_grazed(const KellerScene *scene, const KellerAccel *accel, Kel
 {
     double rounding = greater(path_rounding(scene, tx), path_rounding(scene, rx)), product = 1;
     Look look = {scene, accel, work, path_around_step(scene, path, rounding)};
-    uint32_t count = 0;
+    uint32_t count = 0, edges = 0, edges_before = 0;
+    bool between_edges = false;
     if (!only_grazes(scene, tx, path, rounding)) return false;
+    for (uint32_t i = 0; i < path->count; i++) edges += path->step[i].kind == KELLER_DIFFRACTION;
     for (uint32_t i = 0; i <= path->count; i++) {
+        edges_before += i > 0 && path->step[i - 1].kind == KELLER_DIFFRACTION;
         Grazes grazes = {.count = 0};
         PathLeg leg = {.number = i, .a = i > 0 ? path->position[i - 1] : tx, .b = i < path->count ? path->position[i] : rx,
                        .grazes = &grazes};
@@ -143,8 +146,9 @@ bool path_several_grazed(const KellerScene *scene, const KellerAccel *accel, Kel
         if (!path_leg_passes(scene, accel, &leg, &none, &ignored, work)) return false;
         merge(&look, &leg, &grazes);
         if (!weigh(&look, &leg, &grazes, &count, &product)) return false;
+        between_edges = between_edges || (grazes.count > 0 && edges_before > 0 && edges_before < edges);
     }
-    if (count < 2) return false;
+    if (count < 2 && !between_edges) return false;
     *weight = product;
     return true;
 }

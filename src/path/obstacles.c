@@ -7,11 +7,15 @@
 #include "base/number.h"
 #include "path/internal.h"
 
+/* Tells a ray's two directions apart: no scene of round numbers has rays across it. */
+static const KellerVec3 generic = {0.4118, 0.6903, 0.5949};
+
 typedef struct {
     const KellerScene *scene;
     const PathLeg *leg;
     KellerVec3 a, d;            /* the segment is a + t d, t in [0, 1] */
     double length;
+    bool ahead;                 /* its direction: of the generic one */
     double floor;               /* m: rounding of coordinates */
     bool grazes;
     uint32_t blocker;
@@ -47,7 +51,9 @@ static bool meet(Test *test, uint32_t triangle)
 }
 
 /* One triangle against the leg by signed volumes. The volume of an edge is computed from its ends in the order of their
- * ids, so that the two triangles on an edge see one number, and no ray slips between them or meets both. */
+ * ids, so that the two triangles on an edge see one number, and no ray slips between them or meets both. A volume of
+ * nothing, as of a leg from roof to roof over a ridge of the same height, has the sign of the ray's direction: so it turns over
+ * with the ray, as others do. */
 static bool visit(void *context, uint32_t id)
 {
     Test *test = context;
@@ -75,7 +81,8 @@ static bool visit(void *context, uint32_t id)
                 continue;
             }
         }
-        bool up = (volume >= 0) == (first == i);
+        bool positive_volume = volume > 0 || (volume == 0 && test->ahead);
+        bool up = positive_volume == (first == i);
         positive += up;
         negative += !up;
     }
@@ -117,17 +124,15 @@ static int compare(const void *pa, const void *pb)
  * the first of them, and in the order of their ids, which turns over with the ray's direction. */
 static void sort(const Test *test, uint32_t begin)
 {
-    const KellerVec3 generic = {0.4118, 0.6903, 0.5949}; /* no scene of round numbers has rays across it */
     Crossings *c = test->crossings;
     uint32_t n = c->count - begin;
     Ordered order[KELLER_MAX_INTERACTIONS];
-    bool ahead = v3_dot(test->d, generic) > 0;
     for (uint32_t i = 0; i < n; i++) {
         const Crossing *x = &c->at[begin + i];
         uint32_t plane = test->scene->faces[x->face].plane, first = x->face;
         for (uint32_t j = begin; j < c->count; j++)
             if (c->at[j].face < first && test->scene->faces[c->at[j].face].plane == plane) first = c->at[j].face;
-        order[i] = (Ordered){.crossing = *x, .plane = plane, .ahead = ahead};
+        order[i] = (Ordered){.crossing = *x, .plane = plane, .ahead = test->ahead};
         order[i].crossing.at = first;
         path_crossing(test->scene, first, test->leg->a, test->leg->b, &order[i].t);
     }
@@ -164,6 +169,7 @@ bool path_leg_passes(const KellerScene *scene, const KellerAccel *accel, const P
 {
     Test test = {.scene = scene, .leg = leg, .a = v3_add(leg->a, leg->lift), .d = v3_sub(leg->b, leg->a), .crossings = crossings};
     test.length = v3_norm(test.d);
+    test.ahead = v3_dot(test.d, generic) > 0;
     test.floor = greater(path_rounding(scene, leg->a), path_rounding(scene, leg->b));
     if (test.length <= test.floor) return true;
     double margin = leg->strict ? test.floor : greater(test.floor, KELLER_BOUNDARY_ANGLE * test.length);

@@ -75,7 +75,8 @@ bool path_solve_on(const KellerScene *scene, const KellerAccel *accel, KellerVec
 const uint32_t *path_planes_of(const KellerScene *scene, const KellerStep *step, size_t *count);
 
 /* The weight of a path without slabs whose legs graze several edges, one after the other, and that is on no other boundary. The waves
- * over the edges make good for each of them by itself, so each has its own share: the product, 1/4 for two. False: not such a path. An edge
+ * over the edges make good for each of them by itself, so each has its own share: the product, 1/4 for two. One is enough on a leg
+ * between two diffractions, which positions around the stations would not move off a plane. False: not such a path. An edge
  * that follows another across a face, along which the leg runs, is no other boundary than that. */
 bool path_several_grazed(const KellerScene *scene, const KellerAccel *accel, KellerVec3 tx, KellerVec3 rx, const KellerPath *path,
                          double *weight, KellerAccelWork *work);

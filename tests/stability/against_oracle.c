@@ -65,9 +65,8 @@ static void report(const char *what, uint64_t seed, const char *search, uint32_t
            rx, what, path_text(count, steps, text, sizeof text), length, margin);
 }
 
-/* Each path of the oracle exactly once, and no other. */
-static size_t compare(const KellerScene *scene, const RandomScene *world, uint64_t seed, uint32_t rx, uint32_t transmissions,
-                      const OracleResult *oracle, const FoundPaths *found, const char *search)
+size_t compare_with_oracle(const KellerScene *scene, KellerVec3 tx, KellerVec3 at, uint64_t seed, uint32_t rx,
+                           uint32_t transmissions, const OracleResult *oracle, const FoundPaths *found, const char *search)
 {
     size_t differences = 0;
     bool *used = calloc(found->count + 1, sizeof *used);
@@ -106,7 +105,7 @@ static size_t compare(const KellerScene *scene, const RandomScene *world, uint64
         OraclePath p;
         KellerStep bare[ORACLE_MAX_STEPS];
         uint32_t n = bends(f->count, f->step, bare);
-        bool sequence = oracle_solve(scene, world->tx, world->rx[rx], n, bare, transmissions, &p);
+        bool sequence = oracle_solve(scene, tx, at, n, bare, transmissions, &p);
         report(sequence ? "not in the oracle" : "against the rules", seed, search, rx, f->count, f->step, f->length,
                p.margin);
         differences++;
@@ -133,8 +132,8 @@ static void check_seed(uint64_t seed, uint32_t flags, const uint32_t orders[4], 
     for (uint32_t rx = 0; rx < SCENE_RECEIVERS; rx++) {
         OracleResult oracle = oracle_enumerate_through(&scene, world.tx, world.rx[rx], reflections, diffractions,
                                                        transmissions, interactions);
-        differences += compare(&scene, &world, seed, rx, transmissions, &oracle, &points, "point");
-        differences += compare(&scene, &world, seed, rx, transmissions, &oracle, &grid, "grid");
+        differences += compare_with_oracle(&scene, world.tx, world.rx[rx], seed, rx, transmissions, &oracle, &points, "point");
+        differences += compare_with_oracle(&scene, world.tx, world.rx[rx], seed, rx, transmissions, &oracle, &grid, "grid");
         tally->paths += oracle.count;
         for (size_t i = 0; i < oracle.count; i++) tally->through += oracle.path[i].count > oracle.path[i].bends;
         tally->candidates += oracle.candidates;
@@ -150,12 +149,17 @@ static void check_seed(uint64_t seed, uint32_t flags, const uint32_t orders[4], 
     soup_release(&world.soup);
 }
 
+void seeds_asked_for(unsigned long *first, unsigned long *last)
+{
+    const char *seeds = getenv("KELLER_SEEDS");
+    if (seeds) sscanf(seeds, "%lu-%lu", first, last);
+}
+
 void check_seeds(unsigned long last, uint32_t flags, size_t order_count, const uint32_t (*orders)[4], Tally *tally)
 {
     unsigned long first = 1;
     last = cases_scenes(last, order_count < last ? order_count : last);
-    const char *seeds = getenv("KELLER_SEEDS");
-    if (seeds) sscanf(seeds, "%lu-%lu", &first, &last);
+    seeds_asked_for(&first, &last);
     for (unsigned long seed = first; seed <= last; seed++) check_seed(seed, flags, orders[seed % order_count], tally);
     printf("# %zu paths, %zu of them through walls, of %zu candidates, %zu undecidable, %zu scenes differ\n", tally->paths,
            tally->through, tally->candidates, tally->undecidable, tally->scenes_different);

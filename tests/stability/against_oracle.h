@@ -14,4 +14,12 @@ typedef struct {
  * differs, prints each difference, and fails if there is any. KELLER_SEEDS=first-last runs other seeds, for a search through the
  * night. */
 void check_seeds(unsigned long last, uint32_t flags, size_t order_count, const uint32_t (*orders)[4], Tally *tally);
+
+/* KELLER_SEEDS, where it is set; else leaves both as they are. */
+void seeds_asked_for(unsigned long *first, unsigned long *last);
+
+/* How the paths found for one receiver differ from the oracle's, each of which must be there once and no other; prints each
+ * difference, `search` saying how they were found. */
+size_t compare_with_oracle(const KellerScene *scene, KellerVec3 tx, KellerVec3 at, uint64_t seed, uint32_t rx,
+                           uint32_t transmissions, const OracleResult *oracle, const FoundPaths *found, const char *search);
 #endif

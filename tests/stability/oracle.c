@@ -178,8 +178,8 @@ static bool crosses(const KellerScene *scene, uint32_t index, Point a, Point b, 
     return in > 0;
 }
 
-/* The decision that nothing but slabs is in the way, and which. */
-static bool decide_through(const KellerScene *scene, uint32_t leg, Point a, Point b, size_t plane_count,
+/* The decision that nothing but slabs is in the way of the leg, lifted by so much, and which. Their points are on the leg. */
+static bool decide_through(const KellerScene *scene, uint32_t leg, Point a, Point b, Point lift, size_t plane_count,
                            const uint32_t *planes, Slabs *slabs, Verdict *v)
 {
     for (uint32_t i = 0; i < scene->triangle_count; i++) {
@@ -188,7 +188,8 @@ static bool decide_through(const KellerScene *scene, uint32_t leg, Point a, Poin
         for (size_t k = 0; k < plane_count; k++) skip = skip || planes[k] == plane;
         if (skip) continue;
         Real margin;
-        bool crossed = is_slab(scene, face) ? crosses(scene, i, a, b, &margin) : blocks(scene, i, a, b, &margin);
+        Point from = plus(a, lift, 1), to = plus(b, lift, 1);
+        bool crossed = is_slab(scene, face) ? crosses(scene, i, from, to, &margin) : blocks(scene, i, from, to, &margin);
         if (!crossed || !is_slab(scene, face)) {
             if (!oracle_decide(v, !crossed, margin)) return false;
             continue;
@@ -402,7 +403,7 @@ void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *st
                 planes[plane_count++] = scene->wedge_planes[p];
             }
         }
-        Point a = point[i], b = point[i + 1], up[2];
+        Point a = point[i], b = point[i + 1], lift = {0, 0, 0}, up[2];
         if (i > 0 && i < count && steps[i - 1].kind == KELLER_DIFFRACTION && steps[i].kind == KELLER_DIFFRACTION) {
             uint32_t v = steps[i - 1].id, w = steps[i].id;
             bool along[2] = {along_face(scene, v, w, a, b, &up[0]), along_face(scene, w, v, b, a, &up[1])};
@@ -413,13 +414,11 @@ void oracle_judge(const KellerScene *scene, uint32_t count, const KellerStep *st
             }
             /* just above the face: what stands on it blocks; of a screen either side may be free, which is left open */
             int k = along[0] && !screen[0] ? 0 : 1;
-            if ((along[0] || along[1]) && along[k] && !screen[k]) {
-                a = plus(a, up[k], 10 * ORACLE_TOLERANCE);
-                b = plus(b, up[k], 10 * ORACLE_TOLERANCE);
-            }
+            if ((along[0] || along[1]) && along[k] && !screen[k]) lift = plus(lift, up[k], 10 * ORACLE_TOLERANCE);
         }
-        bool go_on = transmissions ? decide_through(scene, i, a, b, plane_count, planes, &slabs, verdict)
-                                   : decide_free(scene, a, b, plane_count, planes, verdict);
+        bool go_on = transmissions
+                         ? decide_through(scene, i, a, b, lift, plane_count, planes, &slabs, verdict)
+                         : decide_free(scene, plus(a, lift, 1), plus(b, lift, 1), plane_count, planes, verdict);
         if (!go_on) return;
         length += apart(point[i], point[i + 1]);
     }

@@ -213,8 +213,6 @@ static void refined(void **state)
 static void reciprocity(void **state)
 {
     for (uint64_t seed = 1071; seed <= last_of(state, 1071, 20); seed++) {
-        /* a path in the plane of two flush fronts, reflected at the very end of a wall: "Known limits" of docs/architecture.md */
-        if (seed == 1071 && kind_of(state) == SEVERAL) continue;
         RandomScene world = world_of(state, seed, 0);
         soup_material(&world.soup, seed % 2 ? CONCRETE : CONDUCTOR);
         for (int h = 0; h < 2; h++)
