@@ -144,12 +144,14 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
     return true;
 }
 
-bool edge_reached(double z_low, double z_high, double near, double far, const KellerWedge *line, KellerVec3 a, KellerVec3 b, double from, double to)
+bool edge_leads_to(const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b)
 {
-    double z[2], rho[2], on[2] = {from, to};
-    path_line_distances(line, a, b, &z[0], &z[1], &rho[0], &rho[1]);
-    const double za[2] = {z_low, z_high}, ra[2] = {near, far};
-    return narrow(za, ra, z, rho, on);
+    const double length = v3_distance(edge[0], edge[1]);
+    if (!(length > pad)) return true;
+    const KellerWedge line = {.origin = edge[0], .direction = v3_scale(v3_sub(edge[1], edge[0]), 1 / length)};
+    double zb[2], rb[2], on[2] = {0, length};
+    path_line_distances(&line, a, b, &zb[0], &zb[1], &rb[0], &rb[1]);
+    return narrow(z, rho, zb, rb, on);
 }
 
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,

@@ -1,7 +1,14 @@
 /* Can the wave that arrives at one edge go on to another? Conservative, and cheap enough for millions of pairs. */
 #ifndef KELLER_PATH_ARRIVAL_H
 #define KELLER_PATH_ARRIVAL_H
-#include "path/join.h"
+#include "path/sieve.h"
+#include "path/trie.h"
+
+/* How a wave from the end of a search arrives at the last wedge of a sequence, conservatively. */
+typedef struct {
+    float lit[2];               /* part of the edge, m from its start */
+    float z[2], rho[2];         /* m: where the wave's source is, along the edge from its start, and away from its line */
+} Arrival;
 
 /* How the wave from the end comes to the last wedge of a sequence of the trie. */
 Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, KellerVec3 end);
@@ -35,8 +42,7 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
                    const double lit[2][2]);
 
-/* Keller's law at one: the wave's source is in z_low .. z_high (m) along the line's direction from its origin, at near .. far (m) from it.
- * Can a ray leave the line's part from .. to for a point between a and b? */
-bool edge_reached(double z_low, double z_high, double near, double far, const KellerWedge *line, KellerVec3 a, KellerVec3 b, double from,
-                  double to);
+/* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. Can a ray
+ * leave the edge, from edge[0] to edge[1], for a point between a and b? */
+bool edge_leads_to(const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b);
 #endif

@@ -50,7 +50,7 @@ void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to
                 }
             }
             Beam b = {.node = node, .mirror = KELLER_NONE, .wedge = wedge,
-                      .passed = passed, .piece = {za, zb}};
+                      .passed = passed, .piece = {za, zb}, .z = {z_low, z_high}, .rho = {near, far}};
             b.bundle = (Bundle){2, {v3_madd(w->origin, w->direction, za), v3_madd(w->origin, w->direction, zb)},
                                 window_of(axis, &bounds)};
             search_beam(s, &b);

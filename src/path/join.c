@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "path/arrival.h"
-
 enum { MOST = KELLER_MAX_BENDS };
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error)
@@ -87,6 +85,7 @@ static size_t count_pairs(const Side *f, const Side *b, Group *groups, size_t *g
 typedef struct {
     const JoinLimits *limits;
     Side forward, backward;
+    bool alone;                 /* there is no backward side */
     bool on_leg, between;       /* between two wedges, on the leg or at a face */
     KellerVec3 tx, rx;
 } Job;
@@ -116,6 +115,29 @@ static uint32_t steps_of(const Side *s, uint32_t index, StepCode *codes)
     return trie_steps(&s->ends->trie, s->ends->list.nodes[index], codes);
 }
 
+/* A candidate, after the sieve. lit: the part of the edge that both ends light, NULL for all. */
+static bool sift_sequence(const Job *job, uint32_t count, const KellerStep *steps, const double *lit, PathList *list, JoinWork *work)
+{
+    Sieve sieve;
+    bool useful;
+    if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, count, steps, lit, &useful)) return true;
+    if (!useful || sieve_passes(&sieve, job->rx, NULL)) return solve_sequence(job->limits, job->tx, job->rx, count, steps, list, work);
+    work->candidates++;
+    return true;
+}
+
+/* A sequence of the transmitter's alone. */
+static bool solve_alone(const Job *job, uint32_t forward, PathList *list, JoinWork *work)
+{
+    StepCode codes[MOST];
+    KellerStep steps[MOST];
+    uint32_t count = steps_of(&job->forward, forward, codes);
+    for (uint32_t i = 0; i < count; i++) step_of(codes[i], &steps[i]);
+    const Arrival *a = &job->forward.ends->arrival[forward];
+    const double lit[2] = {a->lit[0], a->lit[1]};
+    return sift_sequence(job, count, steps, code_is_wedge(codes[count - 1]) ? lit : NULL, list, work);
+}
+
 /* One forward with one backward sequence. */
 static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, PathList *list, JoinWork *work)
 {
@@ -125,8 +147,6 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     if (!job->on_leg) b--; /* the common step */
     for (uint32_t i = 0; i < a; i++) step_of(codes[i], &steps[i]);
     for (uint32_t i = 0; i < b; i++) step_of(tail[b - 1 - i], &steps[a + i]);
-    Sieve sieve;
-    bool useful;
     double lit[2], *common = NULL; /* of the edge at which they meet */
     if (!job->on_leg && code_is_wedge(codes[a - 1])) {
         const Arrival *there = &job->forward.ends->arrival[forward], *back = &job->backward.ends->arrival[backward];
@@ -134,10 +154,7 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
         lit[1] = lesser(there->lit[1], back->lit[1]);
         common = lit;
     }
-    if (!sieve_make(&sieve, job->limits->scene, job->limits->boxes, job->tx, a + b, steps, common, &useful)) return true;
-    if (!useful || sieve_passes(&sieve, job->rx, NULL)) return solve_sequence(job->limits, job->tx, job->rx, a + b, steps, list, work);
-    work->candidates++;
-    return true;
+    return sift_sequence(job, a + b, steps, common, list, work);
 }
 
 /* A run of sequences [begin, end) that agree in the steps from their last wedge on. */
@@ -250,10 +267,11 @@ static bool solve_group(const Job *job, const Group *g, PathList *list, JoinWork
         return ok;
     }
     const bool at_edge = code_is_wedge(last_code(f, g->f0));
-    for (uint32_t i = g->f0; i < g->f1; i++)
+    for (uint32_t i = g->f0; i < g->f1 && ok && job->alone; i++) ok = solve_alone(job, i, list, work);
+    for (uint32_t i = g->f0; i < g->f1 && !job->alone; i++)
         for (uint32_t k = g->b0; k < g->b1; k++)
             if ((!at_edge || meet_at_edge(&f->ends->arrival[i], &b->ends->arrival[k])) && !solve_pair(job, i, k, list, work)) return false;
-    return true;
+    return ok;
 }
 
 typedef struct {
@@ -319,7 +337,13 @@ static bool solve_groups(const Job *job, const Group *groups, size_t count, Path
 static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, Pattern pattern, size_t *group_count)
 {
     uint32_t k = pattern_length(pattern);
-    Meeting planned = plan_meeting(pattern, job->limits->bends);
+    Meeting planned = plan_meeting(pattern, job->limits->bends, job->limits->alone);
+    job->alone = planned.backward == 0;
+    if (job->alone) {
+        job->forward = side_of(forward, pattern);
+        *group_count = job->forward.begin < job->forward.end;
+        return;
+    }
     job->on_leg = meets_on_leg(planned, pattern);
     if (job->on_leg) {
         job->forward = side_of(forward, pattern_first(pattern, planned.forward));
@@ -356,7 +380,7 @@ KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends
         if (group_count == 0) continue;
         Group *groups = malloc(group_count * sizeof *groups);
         ok = groups != NULL;
-        if (ok && job.on_leg) groups[0] = (Group){job.forward.begin, job.forward.end, job.backward.begin, job.backward.end};
+        if (ok && (job.on_leg || job.alone)) groups[0] = (Group){job.forward.begin, job.forward.end, job.backward.begin, job.backward.end};
         else if (ok) count_pairs(&job.forward, &job.backward, groups, &group_count);
         ok = ok && solve_groups(&job, groups, group_count, list, work);
         free(groups);

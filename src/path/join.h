@@ -3,14 +3,9 @@
  * the leg between the two. Where sm is a face, and both have a wedge before it, only those are tried whose edges see one another in it. */
 #ifndef KELLER_PATH_JOIN_H
 #define KELLER_PATH_JOIN_H
+#include "path/arrival.h"
 #include "path/plan.h"
 #include "path/sieve.h"
-
-/* How a wave from the end of a search arrives at the last wedge of a sequence, conservatively. */
-typedef struct {
-    float lit[2];               /* part of the edge, m from its start */
-    float z[2], rho[2];         /* m: where the wave's source is, along the edge from its start, and away from its line */
-} Arrival;
 
 typedef struct {
     TreeLimits limits;
@@ -25,6 +20,7 @@ typedef struct {
     const FaceBox *boxes;       /* of the scene's faces */
     uint32_t reflections, diffractions, transmissions, interactions;   /* interactions: of all kinds together */
     uint32_t bends;             /* reflections and diffractions together */
+    bool alone;                 /* all sequences are the transmitter's */
     uint32_t threads;           /* for one join */
 } JoinLimits;
 

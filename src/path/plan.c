@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+enum { ALONE_RECEIVERS = 2 };   /* a second step costs the transmitter's side as much as the first one costs so many receivers, about */
+
 bool plan_init(TreePlan *plan, uint32_t bends)
 {
     *plan = (TreePlan){bends, calloc((size_t)4 << bends, 1)};
@@ -25,6 +27,11 @@ void plan_uses(TreePlan *plan)
     }
 }
 
+bool plan_is_alone(uint32_t diffractions, uint32_t bends, size_t receivers)
+{
+    return bends == 1 || (bends == 2 && diffractions == 0 && receivers >= ALONE_RECEIVERS);
+}
+
 bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern)
 {
     uint32_t wedges = pattern_wedges(pattern);
@@ -34,10 +41,11 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern)
 /* Places are counted from the receiver, from 1. */
 static bool wedge_at(Pattern pattern, uint32_t place) { return pattern >> (place - 1) & 1; }
 
-Meeting plan_meeting(Pattern pattern, uint32_t bends)
+Meeting plan_meeting(Pattern pattern, uint32_t bends, bool alone)
 {
     uint32_t k = pattern_length(pattern), wedges = pattern_wedges(pattern), half = (bends + 1) / 2, m = k < half ? k : half;
     uint32_t first = 1; /* the receiver's first wedge */
+    if (alone) return (Meeting){k, 0};
     while (first <= k && !wedge_at(pattern, first)) first++;
     if (wedges == 0) return (Meeting){k + 1 - m, m};
     if (wedges == 1) return (Meeting){k + 1 - first, first};
@@ -59,7 +67,7 @@ void plan_ends(uint32_t reflections, uint32_t diffractions, TreePlan *forward, T
 {
     for (Pattern p = 2; p < 2u << forward->bends; p++) {
         if (!plan_asks(reflections, diffractions, p)) continue;
-        Meeting m = plan_meeting(p, forward->bends);
+        Meeting m = plan_meeting(p, forward->bends, false);
         forward->of[pattern_first(p, m.forward)] |= PLAN_WANT;
         backward->of[pattern_last(p, m.backward)] |= PLAN_WANT;
     }

@@ -23,11 +23,15 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
  * so the fewer the better. They meet on a leg between wedges that follow each other, so that neither end fans out from these, as
  * near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. Where of two wedges the transmitter sees
  * the first one directly, they meet at the face behind it: a fan of each end finds more quickly what it is reflected in than those of one
- * end find all wedges behind that. */
-Meeting plan_meeting(Pattern pattern, uint32_t bends);
+ * end find all wedges behind that. alone: the transmitter's side has all. */
+Meeting plan_meeting(Pattern pattern, uint32_t bends, bool alone);
+
+/* Is it better to search from the transmitter alone, and to sift all of its sequences for each receiver? A face or a wedge is found by cones in
+ * some milliseconds a receiver, and sifted in some ten nanoseconds. */
+bool plan_is_alone(uint32_t diffractions, uint32_t bends, size_t receivers);
 
 /* Fills the plans of both ends, which plan_init has made; so that for every kind of path the two ends meet. */
 void plan_ends(uint32_t reflections, uint32_t diffractions, TreePlan *forward, TreePlan *backward);
-/* The plan of a search from one end alone: for every kind of path. */
+/* The plan of a search from the transmitter alone: for every kind of path. */
 void plan_alone(uint32_t reflections, uint32_t diffractions, TreePlan *plan);
 #endif

@@ -14,7 +14,8 @@ typedef struct {
     uint32_t mirror;            /* face it was last reflected in, or KELLER_NONE */
     uint32_t wedge;             /* wedge it fans out from, or KELLER_NONE */
     uint32_t passed;            /* slabs that each of its rays has surely passed through on the way */
-    double piece[2];            /* m along the edge of the last wedge: where the two sources are images of */
+    double piece[2];            /* m along the edge of the last wedge: where the two sources are images of, */
+    double z[2], rho[2];        /* and between which the sources before it are, along it and away from its line */
     double share;               /* of the sphere, of a beam from the end itself */
     bool whole;                 /* not to be split */
 } Beam;

@@ -110,13 +110,13 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     JoinLimits join = s->join;
     join.threads = threads;
     PathList *list = &result->paths;
-    Ends backward;
+    Ends backward = {0};
     TreeWork tree_work = {0};
     JoinWork join_work = {0};
     KellerStatus status = KELLER_OK;
     double start = omp_get_wtime();
     if (isnan(to.z)) return KELLER_OK; /* a cell that has no surface below */
-    if (!part) status = ends_search(&backward, &s->backward, to, threads, &tree_work, error);
+    if (!part && !join.alone) status = ends_search(&backward, &s->backward, to, threads, &tree_work, error);
     if (status != KELLER_OK) return status;
     double middle = omp_get_wtime();
     if (part) {
@@ -371,7 +371,7 @@ static KellerStatus find_targets(Simulation *s, TreeWork *work, KellerError *err
     const KellerConfig *c = s->config;
     KellerVec3 points[TARGET_RECEIVERS];
     uint32_t n = 0, total = 0;
-    if (s->join.diffractions == 0 || s->join.bends < 2) return KELLER_OK;
+    if (s->join.diffractions == 0 || s->join.alone) return KELLER_OK;
     KellerStatus status = visible_wedges(s, 1, &c->transmitters[s->tx].station.position, work, &s->seen_by_tx, error);
     for (size_t i = 0; i < c->set_count; i++) {
         if (searched_alone(s, &c->sets[i])) continue;
@@ -410,7 +410,8 @@ static KellerStatus search_forward(Simulation *s, bool alone, KellerError *error
     s->edges.limits = forward;
     KellerStatus status = KELLER_OK;
     if (s->whole_edges) status = edge_ways_find(&s->edges, tx, s->work->threads, &s->lit, &work, error);
-    if (alone) plan_alone(c->reflections, s->join.diffractions, &s->plan[0]); /* each part of a grid has its own search */
+    s->join.alone = plan_is_alone(s->join.diffractions, s->join.bends, c->receiver_count);
+    if (alone || s->join.alone) plan_alone(c->reflections, s->join.diffractions, &s->plan[0]); /* each part of a grid has its own search */
     else plan_ends(c->reflections, s->join.diffractions, &s->plan[0], &s->plan[1]);
     if (status == KELLER_OK && !alone) status = find_targets(s, &work, error);
     forward.plan = &s->plan[0];

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "path/arrival.h"
 
 enum {
     MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
@@ -102,6 +103,14 @@ static void looked_around(Search *s, double share)
     if (s->reports) advance(s->limits->advance, SEARCH_SPHERE * all);
 }
 
+/* Can rays of a beam from an edge reach this piece of another by Keller's law? */
+static bool led_to(const Beam *beam, const KellerWedge *w, const Piece *piece)
+{
+    const double z[2] = {beam->z[0] - beam->piece[0], beam->z[1] - beam->piece[0]};
+    return beam->bundle.source_count < 2 || edge_leads_to(beam->bundle.source, z, beam->rho, v3_madd(w->origin, w->direction, piece->from),
+                                                          v3_madd(w->origin, w->direction, piece->to));
+}
+
 /* The beams that faces reflect, and those that edges send out. */
 static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
 {
@@ -122,7 +131,7 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     }
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
-        if (!query_piece(q, q->wedge[i], &piece)) continue;
+        if (!query_piece(q, q->wedge[i], &piece) || !led_to(q->beam, &l->scene->wedges[q->wedge[i]], &piece)) continue;
         uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
         if (node == KELLER_NONE) {
             s->failed = true;
