@@ -14,7 +14,8 @@ import sys
 LAST = 3
 SERIES = [("triangles", "triangles", "triangles of a city, 10 receivers, orders 2, 1, 2"),
           ("orders", "interactions", "reflections and interactions, 1 diffraction, city of 10⁴, 10 receivers"),
-          ("receivers", "receivers", "receivers, city of 10⁴, orders 1, 1, 1"),
+          ("receivers", "receivers", "receivers, city of 10⁴, orders 1, 1, 1: sifted from the transmitter's side"),
+          ("searched", "receivers", "receivers, city of 10⁴, orders 2, 1, 2: each searches"),
           ("cells", "receivers", "cells of a map, city of 10⁴, orders 1, 1, 1")]
 
 
@@ -69,7 +70,7 @@ def draw(tables, docs):
         script.append(f"${name} << EOD\n{data}\nEOD")
         slope = "" if x == "interactions" else f", n^{{{exponent(rows, x, 'cpu_s'):.2f}}}"
         plots.append(f"${name} using 1:2 with linespoints lw 2 pt 7 ps 0.8 title '{name}{slope}'")
-    script += ["set xlabel 'triangles, receivers or cells'", "plot " + ", ".join([plots[0], plots[2], plots[3]]), "unset logscale x",
+    script += ["set xlabel 'triangles, receivers or cells'", "plot " + ", ".join([plots[0], *plots[2:]]), "unset logscale x",
                "set format x '%g'", "set xrange [0.8:4.2]", "set xtics 1", "set xlabel 'reflections and interactions at most, one diffraction'",
                f"plot {plots[1]}"]
     subprocess.run(["gnuplot"], input="\n".join(script) + "\n", text=True, check=True)
