@@ -19,6 +19,7 @@ EdgeImage edge_image(const KellerScene *scene, uint32_t wedge, uint32_t count, c
 /* Two edges, each in the frame of the other. */
 typedef struct {
     double turn;                /* cosine of the angle between them */
+    double rounding;            /* m, of positions */
     struct {                    /* the other edge's point at t: z = z0 + turn t, rho^2 = a + t (b + c t) */
         double z0, a, b, c;
     } seen[2];                  /* by the first and by the second */
@@ -34,9 +35,4 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
 /* Can rays from these parts of the two edges be mirrored in the faces between them, each within the face's box? */
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
                    const double lit[2][2]);
-
-/* Keller's law at one: the wave's source is in z_low .. z_high (m) along the line's direction from its origin, at near .. far (m) from it.
- * Can a ray leave the line's part from .. to for a point between a and b? */
-bool edge_reached(double z_low, double z_high, double near, double far, const KellerWedge *line, KellerVec3 a, KellerVec3 b, double from,
-                  double to);
 #endif

@@ -34,7 +34,7 @@ typedef struct {
 /* The parts of the edge of a sequence's last wedge that are lit from one source, together. */
 typedef struct {
     uint32_t node, wedge, mirror, passed;
-    KellerVec3 source;          /* an image behind the mirror, or KELLER_NONE */
+    KellerVec3 source;          /* an image behind the mirror, if there is one */
     double from, to;            /* m along the edge */
 } PendingFan;
 
