@@ -5,6 +5,7 @@
 #include "base/number.h"
 
 static const double pad = 1e-5; /* of cotangents and of lengths along an edge: far above single precision */
+static const double square_slack = 16 * 0x1p-52; /* of a + t^2 c: rounding of a + t (b + t c), at most 12 units of 2^-53 of it */
 
 static float widened(double x, int side) { return (float)(x + side * pad * (1 + fabs(x))); }
 
@@ -63,11 +64,11 @@ static bool outside_sector(const EdgeImage *me, const EdgeImage *other)
     return first != me->convex ? first : below(me, me->normal[1], ends);
 }
 
-/* The point mirrored in `count` of the faces, the first one first where way is 1, else the last one. */
-static KellerVec3 mirrored_in(const KellerScene *scene, uint32_t count, const uint32_t *face, int way, KellerVec3 p)
+/* The point mirrored in `count` faces, the last one first. */
+static KellerVec3 mirrored_in(const KellerScene *scene, uint32_t count, const uint32_t *face, KellerVec3 p)
 {
     for (uint32_t i = 0; i < count; i++) {
-        const KellerFace *f = &scene->faces[face[way > 0 ? i : count - 1 - i]];
+        const KellerFace *f = &scene->faces[face[count - 1 - i]];
         p = v3_mirror_point(p, f->normal, f->offset);
     }
     return p;
@@ -94,6 +95,7 @@ bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair)
 {
     const EdgeImage *line[2] = {first, second};
     pair->turn = v3_dot(first->direction, second->direction);
+    pair->rounding = greater(first->rounding, second->rounding);
     for (int i = 0; i < 2; i++) {
         const EdgeImage *me = line[i], *other = line[1 - i];
         if (outside_sector(me, other)) return false;
@@ -137,20 +139,25 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
             if (t > t0 * c && t < t1 * c) least = a + 0.5 * b * t / c;
             double z0 = pair->seen[i].z0 + pair->turn * t0, z1 = pair->seen[i].z0 + pair->turn * t1;
             const double z[2] = {lesser(z0, z1), greater(z0, z1)};
-            const double rho[2] = {sqrt(greater(0, least)) * (1 - 1e-6), sqrt(greater(0, greater(r0, r1))) * (1 + 1e-6)};
+            const double slack = square_slack * (a + c * greater(t0 * t0, t1 * t1)); /* much where edges nearly touch: the rest cancels */
+            const double rho[2] = {greater(0, sqrt(greater(0, least - slack)) - pair->rounding),
+                                   sqrt(greater(0, greater(r0, r1)) + slack) + pair->rounding};
             const double from[2] = {me->z[0], me->z[1]}, away[2] = {greater(0, me->rho[0]), me->rho[1]};
             if (!narrow(from, away, z, rho, lit[i])) return false;
         }
     return true;
 }
 
-bool edge_leads_to(const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b)
+bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b)
 {
     const double length = v3_distance(edge[0], edge[1]);
     if (!(length > pad)) return true;
     const KellerWedge line = {.origin = edge[0], .direction = v3_scale(v3_sub(edge[1], edge[0]), 1 / length)};
-    double zb[2], rb[2], on[2] = {0, length};
+    double zb[2], rb[2];
     path_line_distances(&line, a, b, &zb[0], &zb[1], &rb[0], &rb[1]);
+    const double far = fabs(zb[0]) + fabs(zb[1]) + rb[1]; /* the ends' rounding turns a short edge */
+    const double slack = 4 * (path_rounding(scene, edge[0]) + path_rounding(scene, edge[1]) + path_rounding(scene, a)) * (1 + far / length);
+    double on[2] = {-slack, length + slack};
     return narrow(z, rho, zb, rb, on);
 }
 
@@ -166,7 +173,7 @@ bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t firs
         double margin = 0;
         bool crossed = true;
         for (int k = 0; k < 4 && crossed; k++) { /* all crossings are in the hull of these four */
-            KellerVec3 p = a[k & 1], q = mirrored_in(scene, count - i, &face[i], -1, on_edge(w[1], lit[1][k >> 1]));
+            KellerVec3 p = a[k & 1], q = mirrored_in(scene, count - i, &face[i], on_edge(w[1], lit[1][k >> 1]));
             double hp = v3_dot(f->normal, p) - f->offset, hq = v3_dot(f->normal, q) - f->offset;
             margin = greater(margin, 4 * (path_rounding(scene, p) + path_rounding(scene, q) + KELLER_BOUNDARY_ANGLE * v3_distance(p, q)));
             crossed = fabs(hp) > margin && fabs(hq) > margin && (hp > 0) != (hq > 0);

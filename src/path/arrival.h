@@ -26,6 +26,7 @@ EdgeImage edge_image(const KellerScene *scene, uint32_t wedge, uint32_t count, c
 /* Two edges, each in the frame of the other. */
 typedef struct {
     double turn;                /* cosine of the angle between them */
+    double rounding;            /* m, of positions */
     struct {                    /* the other edge's point at t: z = z0 + turn t, rho^2 = a + t (b + c t) */
         double z0, a, b, c;
     } seen[2];                  /* by the first and by the second */
@@ -44,5 +45,5 @@ bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t firs
 
 /* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. Can a ray
  * leave the edge, from edge[0] to edge[1], for a point between a and b? */
-bool edge_leads_to(const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b);
+bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b);
 #endif

@@ -2,6 +2,8 @@
  * side's n.(v - o) <= n.d t is at most WINDOW_PAD |v - o|. */
 #include "path/beam.h"
 
+#include <string.h>
+
 #include "base/number.h"
 
 enum { NARROW_TRIANGLES = 8 };  /* faces of more triangles are not cut at: it would take longer than what it saves */
@@ -85,6 +87,19 @@ bool window_slopes(const Window *w, const KellerVec3 axis[3], Slopes *slopes)
     return true;
 }
 
+/* Halfway between the two corners that are farthest apart, from one of which to the other `across` points. The middle of all corners may
+ * be far from one of them, where the others are close together. */
+static KellerVec3 between_farthest(const Window *w, KellerVec3 across)
+{
+    uint32_t first = 0, last = 0;
+    for (uint32_t i = 1; i < w->count; i++) {
+        const double at = v3_dot(across, w->corner[i]);
+        if (at < v3_dot(across, w->corner[first])) first = i;
+        if (at > v3_dot(across, w->corner[last])) last = i;
+    }
+    return v3_unit(v3_add(w->corner[first], w->corner[last]));
+}
+
 int window_halves(const Window *w, Window half[2])
 {
     KellerVec3 across = v3(0, 0, 0), axis[3];
@@ -94,9 +109,9 @@ int window_halves(const Window *w, Window half[2])
     for (int side = -1; side <= 1; side += 2) {
         half[n] = *w;
         bool left = window_cut(&half[n], v3_scale(across, side));
-        if (left && memcmp(&half[n], w, sizeof *w) == 0) { /* too many corners, or none that rounding left convex: their rectangle has four */
+        if (left && memcmp(half[n].corner, w->corner, sizeof w->corner) == 0) { /* too many corners, or none that rounding left convex: their rectangle has four */
             Slopes slopes = SLOPES_NONE;
-            KellerVec3 along = window_middle(w);
+            KellerVec3 along = between_farthest(w, across);
             across = v3_unit(v3_madd(across, along, -v3_dot(across, along)));
             window_axes(along, across, axis);
             if (!window_slopes(w, axis, &slopes)) return 0;

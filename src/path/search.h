@@ -17,6 +17,7 @@ typedef struct {
     double piece[2];            /* m along the edge of the last wedge: where the two sources are images of, */
     double z[2], rho[2];        /* and between which the sources before it are, along it and away from its line */
     double share;               /* of the sphere, of a beam from the end itself */
+    uint32_t halved;            /* so many times was the piece */
     bool whole;                 /* not to be split */
 } Beam;
 
@@ -35,7 +36,7 @@ typedef struct {
 /* The parts of the edge of a sequence's last wedge that are lit from one source, together. */
 typedef struct {
     uint32_t node, wedge, mirror, passed;
-    KellerVec3 source;          /* an image behind the mirror, or KELLER_NONE */
+    KellerVec3 source;          /* an image behind the mirror, if there is one */
     double from, to;            /* m along the edge */
 } PendingFan;
 

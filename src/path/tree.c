@@ -14,6 +14,7 @@ enum {
     MUCH_LAST = 400,        /* where each is only a candidate, */
     MUCH_FAN = 40,          /* and where it is, from an edge: such beams overlap */
     FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
+    PIECES = 2,             /* times that the piece of edge of a mirrored beam is halved: windows multiply with it */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
     START = 4               /* parallel searches begin with 6 x START x START cones */
 };
@@ -63,6 +64,7 @@ int beam_halves(const Beam *beam, Beam half[2])
 void beam_pieces(const Beam *beam, Beam half[2])
 {
     half[0] = half[1] = *beam;
+    half[0].halved = half[1].halved = beam->halved + 1;
     half[0].bundle.source[1] = half[1].bundle.source[0] = v3_scale(v3_add(beam->bundle.source[0], beam->bundle.source[1]), 0.5);
     half[0].piece[1] = half[1].piece[0] = 0.5 * (beam->piece[0] + beam->piece[1]);
 }
@@ -73,7 +75,7 @@ static double sources_width(const Search *s, const Beam *beam)
 {
     const Bundle *b = &beam->bundle;
     const KellerScene *scene = s->limits->scene;
-    return b->source_count < 2 || beam->wedge != KELLER_NONE ? 0 : v3_distance(b->source[0], b->source[1]) / (NEARBY * v3_distance(scene->lower, scene->upper));
+    return b->source_count < 2 || beam->wedge != KELLER_NONE || beam->halved == PIECES ? 0 : v3_distance(b->source[0], b->source[1]) / (NEARBY * v3_distance(scene->lower, scene->upper));
 }
 
 static void split(Search *s, const Beam *beam)
@@ -104,10 +106,10 @@ static void looked_around(Search *s, double share)
 }
 
 /* Can rays of a beam from an edge reach this piece of another by Keller's law? */
-static bool led_to(const Beam *beam, const KellerWedge *w, const Piece *piece)
+static bool led_to(const KellerScene *scene, const Beam *beam, const KellerWedge *w, const Piece *piece)
 {
     const double z[2] = {beam->z[0] - beam->piece[0], beam->z[1] - beam->piece[0]};
-    return beam->bundle.source_count < 2 || edge_leads_to(beam->bundle.source, z, beam->rho, v3_madd(w->origin, w->direction, piece->from),
+    return beam->bundle.source_count < 2 || edge_leads_to(scene, beam->bundle.source, z, beam->rho, v3_madd(w->origin, w->direction, piece->from),
                                                           v3_madd(w->origin, w->direction, piece->to));
 }
 
@@ -131,7 +133,7 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     }
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
-        if (!query_piece(q, q->wedge[i], &piece) || !led_to(q->beam, &l->scene->wedges[q->wedge[i]], &piece)) continue;
+        if (!query_piece(q, q->wedge[i], &piece) || !led_to(l->scene, q->beam, &l->scene->wedges[q->wedge[i]], &piece)) continue;
         uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
         if (node == KELLER_NONE) {
             s->failed = true;
@@ -178,7 +180,7 @@ void search_next(Search *s, const Beam *beam)
     q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : beam->bundle.source_count > 1 ? MUCH_FAN : MUCH_LAST;
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     /* a window narrower than the sources look wide from most things parts nothing from anything */
-    if (beam->wedge != KELLER_NONE) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
+    if (sources_width(s, beam) == 0) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
     q.may_split = !beam->whole && greater(wide, sources_width(s, beam)) > least;
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
     if (!targets_only) query_faces(&q);

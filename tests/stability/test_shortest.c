@@ -146,10 +146,51 @@ static void narrowed_edges(void **state)
     assert_true(rays > 10000 && narrowed > rays / 2 && refused > elsewhere / 4);
 }
 
+/* Likewise where two long edges nearly touch, met close to there: what is left of their distance has lost most of its digits. */
+static void edges_that_nearly_touch(void **state)
+{
+    (void)state;
+    Random r = random_seeded(6);
+    size_t rays = 0;
+    for (int i = 0; i < 20000; i++) {
+        const double size = pow(10, draw(&r, 0, 4)), rounding = 64 * 0x1p-52 * 2 * size;
+        EdgeLine line[2];
+        KellerVec3 place[2], end[2];
+        double at[2], t[2], lit[2][2];
+        for (int k = 0; k < 2; k++) {
+            const KellerVec3 d = v3_unit(draw_point(&r, 1));
+            at[k] = size * draw(&r, 0.3, 1);
+            place[k] = v3_madd(draw_point(&r, pow(10, draw(&r, -9, -4))), d, pow(10, draw(&r, -9, -1)));
+            line[k] = (EdgeLine){v3_madd(place[k], d, -at[k]), d, at[k] + size * draw(&r, 0, 0.5)};
+        }
+        const KellerVec3 leg = v3_unit(v3_sub(place[1], place[0]));
+        for (int k = 0; k < 2; k++) { /* an end in a direction that Keller's law allows */
+            const KellerVec3 d = line[k].direction, x = v3_perpendicular(d), y = v3_cross(d, x);
+            const double cosine = v3_dot(leg, d), sine = v3_norm(v3_cross(leg, d)), phi = draw(&r, 0, 2 * M_PI), far = pow(10, draw(&r, -2, 1)) / sine;
+            const KellerVec3 across = v3_madd(v3_scale(x, cos(phi)), y, sin(phi));
+            end[k] = v3_madd(place[k], v3_madd(v3_scale(d, cosine), across, sine), k ? far : -far);
+        }
+        if (!path_shortest(end[0], end[1], 2, line, rounding, t) || fabs(t[0] - at[0]) > 1e-6 || fabs(t[1] - at[1]) > 1e-6) continue;
+        EdgeImage image[2];
+        Arrival arrival[2];
+        for (int k = 0; k < 2; k++) {
+            image[k] = (EdgeImage){.origin = line[k].origin, .direction = line[k].direction, .length = line[k].length, .rounding = rounding};
+            arrival[k] = arrival_around(&r, &line[k], end[k], t[k]);
+            for (int side = 0; side < 2; side++) arrival[k].lit[side] = (float)(t[k] + (side ? 1 : -1) * (1e-5 * (1 + t[k]) + draw(&r, 0, 1)));
+        }
+        EdgePair pair;
+        if (!edge_pair(&image[0], &image[1], &pair)) continue;
+        rays++;
+        assert_true(edges_agree(&pair, &arrival[0], &arrival[1], lit));
+        for (int k = 0; k < 2; k++) assert_true(lit[k][0] <= t[k] && t[k] <= lit[k][1]);
+    }
+    assert_true(rays > 5000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_lines), cmocka_unit_test(narrowed_edges),
+        cmocka_unit_test(random_lines), cmocka_unit_test(narrowed_edges), cmocka_unit_test(edges_that_nearly_touch),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);

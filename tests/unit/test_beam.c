@@ -235,9 +235,36 @@ static void halves_hold_the_whole(void **state)
     assert_true(full > 100);
 }
 
+/* Seven corners close together and one far off, as the corners of a rounded tip of a face are from a source close to it: no cone holds all,
+ * and there is no room for the corners of a half. */
+static void lopsided_windows_are_halved(void **state)
+{
+    (void)state;
+    Random r = {10};
+    for (int i = 0; i < 1000; i++) {
+        KellerVec3 axis[3] = {[2] = random_unit(&r)}, across;
+        axis[0] = v3_perpendicular(axis[2]);
+        axis[1] = v3_cross(axis[2], axis[0]);
+        Window w = {.count = WINDOW_MOST}, half[2];
+        const double size = random_in(&r, 0.01, 0.2);
+        for (uint32_t k = 0; k < w.count; k++) { /* on the far side of a circle */
+            const double angle = (0.75 + k / 6.0) * M_PI, x = k < 7 ? -0.8 + size * cos(angle) : 0.95, y = k < 7 ? -0.8 + size * sin(angle) : 0.95;
+            w.corner[k] = v3_unit(v3_madd(v3_madd(axis[2], axis[0], x), axis[1], y));
+        }
+        for (uint32_t k = 0; k < w.count; k++) w.side[k] = v3_unit(v3_cross(w.corner[(k + 1) % w.count], w.corner[k]));
+        assert_int_equal(window_halves(&w, half), 2);
+        for (int k = 0; k < 2; k++) assert_true(window_width(&half[k], &across) < 0.8 * window_width(&w, &across));
+        for (int n = 0; n < 20; n++) {
+            KellerVec3 d = v3_scale(w.corner[7], random_in(&r, 0, 7));
+            for (uint32_t k = 0; k < 7; k++) d = v3_madd(d, w.corner[k], random_in(&r, 0, 1));
+            assert_true(holds(&half[0], v3_unit(d)) || holds(&half[1], v3_unit(d)));
+        }
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(halves_hold_the_whole), cmocka_unit_test(nothing_met_is_missed), cmocka_unit_test(parts_of_edges)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(halves_hold_the_whole), cmocka_unit_test(lopsided_windows_are_halved), cmocka_unit_test(nothing_met_is_missed), cmocka_unit_test(parts_of_edges)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
