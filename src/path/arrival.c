@@ -4,6 +4,7 @@
 
 #include "base/number.h"
 
+static const double GRAZING = 1e-3; /* sine: where a flatter leg crosses a plane is not known well enough */
 static const double pad = 1e-5; /* of cotangents and of lengths along an edge: far above single precision */
 static const double square_slack = 16 * 0x1p-52; /* of a + t^2 c: rounding of a + t (b + t c), at most 12 units of 2^-53 of it */
 
@@ -161,8 +162,10 @@ bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const dou
     return narrow(z, rho, zb, rb, on);
 }
 
+double arrival_reach(const Arrival *a) { return greater(fabs(a->z[0]), fabs(a->z[1])) + greater(fabs(a->lit[0]), fabs(a->lit[1])) + a->rho[1]; }
+
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
-                   const double lit[2][2])
+                   const double lit[2][2], double beyond)
 {
     const KellerWedge *w[2] = {&scene->wedges[first], &scene->wedges[second]};
     KellerVec3 a[2];            /* of the first edge, mirrored in what is behind */
@@ -175,8 +178,11 @@ bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t firs
         for (int k = 0; k < 4 && crossed; k++) { /* all crossings are in the hull of these four */
             KellerVec3 p = a[k & 1], q = mirrored_in(scene, count - i, &face[i], on_edge(w[1], lit[1][k >> 1]));
             double hp = v3_dot(f->normal, p) - f->offset, hq = v3_dot(f->normal, q) - f->offset;
-            margin = greater(margin, 4 * (path_rounding(scene, p) + path_rounding(scene, q) + KELLER_BOUNDARY_ANGLE * v3_distance(p, q)));
-            crossed = fabs(hp) > margin && fabs(hq) > margin && (hp > 0) != (hq > 0);
+            const double apart = v3_distance(p, q), sine = apart > 0 ? (fabs(hp) + fabs(hq)) / apart : 0;
+            crossed = sine > GRAZING;
+            margin = greater(margin, 8 * ((path_rounding(scene, p) + path_rounding(scene, q)) / greater(sine, GRAZING) +
+                                          KELLER_BOUNDARY_ANGLE * (apart + beyond)));
+            crossed = crossed && fabs(hp) > margin && fabs(hq) > margin && (hp > 0) != (hq > 0);
             p = v3_madd(p, v3_sub(q, p), hp / (hp - hq));
             low = v3(lesser(low.x, p.x), lesser(low.y, p.y), lesser(low.z, p.z));
             high = v3(greater(high.x, p.x), greater(high.y, p.y), greater(high.z, p.z));

@@ -39,9 +39,13 @@ bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair);
  * which parts of the edges (m) it meets them then. */
 bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other, double lit[2][2]);
 
-/* Can rays from these parts of the two edges be mirrored in the faces between them, each within the face's box? */
+/* How long the wave's way from its source to the edge is at most, m. */
+double arrival_reach(const Arrival *arrival);
+
+/* Can rays from these parts of the two edges be mirrored in the faces between them, each within the face's box? beyond: how long the path is
+ * on the far sides of the two, m, about: what counts as a face's border grows with all of it. */
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
-                   const double lit[2][2]);
+                   const double lit[2][2], double beyond);
 
 /* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. Can a ray
  * leave the edge, from edge[0] to edge[1], for a point between a and b? */

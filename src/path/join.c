@@ -219,9 +219,10 @@ static bool solve_tails(const Job *job, const Tail *there, const Tail *back, Pat
     for (uint32_t k = !job->on_leg; k < back->faces; k++) face[faces++] = back->face[k];
     for (uint32_t m = there->begin; m < there->end; m++)
         for (uint32_t n = back->begin; n < back->end; n++) {
+            const Arrival *a = &job->forward.ends->arrival[m], *b = &job->backward.ends->arrival[n];
             double lit[2][2];
-            if (!edges_agree(&pair, &job->forward.ends->arrival[m], &job->backward.ends->arrival[n], lit)) continue;
-            if (!faces_between(l->scene, l->boxes, there->wedge, back->wedge, faces, face, lit)) continue;
+            if (!edges_agree(&pair, a, b, lit)) continue;
+            if (!faces_between(l->scene, l->boxes, there->wedge, back->wedge, faces, face, lit, arrival_reach(a) + arrival_reach(b))) continue;
             if (!solve_pair(job, m, n, list, work)) return false;
         }
     return true;

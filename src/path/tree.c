@@ -35,6 +35,7 @@ static bool reflected(const Query *q, const HitFace *hit, const KellerScene *sce
     *before = *b;
     b->mirror = hit->face;
     b->wedge = KELLER_NONE;
+    b->whole = false;
     bundle_mirror(&b->bundle, f);
     return true;
 }
