@@ -160,7 +160,7 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
 /* A run of sequences [begin, end) that agree in the steps from their last wedge on. */
 typedef struct {
     uint32_t begin, end, wedge, faces, face[MOST];
-    EdgeImage line;              /* as seen where the two ends meet */
+    EdgeImage line;             /* as seen where the two ends meet */
 } Tail;
 
 /* False: it has no wedge. */

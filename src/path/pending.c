@@ -158,12 +158,8 @@ static uint32_t own_node(Search *s, const Trie *shared, uint32_t node)
 void pending_share(Search *s, Search *all)
 {
     for (int fans = 0; fans < 2; fans++) {
-        bool handed;
 #pragma omp critical(keller_pending)
-        {
-            handed = hand_over(s, all);
-            all->failed = all->failed || !handed;
-        }
+        all->failed = !hand_over(s, all) || all->failed;
 #pragma omp barrier
         if (!fans) pending_follow(s); /* what stayed */
         const uint32_t count = fans ? all->fan_count : all->pending_count;

@@ -1,6 +1,5 @@
 /* The state of a candidate search, shared by its files: what a beam meets (meet.c), what it becomes at a wedge (fan.c), which cells of a
- * map it reaches (reach.c), what is put off (pending.c),
- * and the search itself (tree.c). */
+ * map it reaches (reach.c), what is put off (pending.c), and the search itself (tree.c). */
 #ifndef KELLER_PATH_SEARCH_H
 #define KELLER_PATH_SEARCH_H
 #include "path/slabs.h"

@@ -230,13 +230,18 @@ static void search_free(Search *s)
     trie_free(&s->trie);
 }
 
+static void add_work(TreeWork *to, const TreeWork *from)
+{
+    to->cones += from->cones;
+    to->solved += from->solved;
+    to->accel.nodes += from->accel.nodes;
+    to->accel.triangles += from->accel.triangles;
+}
+
 /* Adds what one thread found to what all did. */
 static bool gather(Search *s, Trie *trie, CellCandidates *candidates, TreeWork *work)
 {
-    work->cones += s->work.cones;
-    work->solved += s->work.solved;
-    work->accel.nodes += s->work.accel.nodes;
-    work->accel.triangles += s->work.accel.triangles;
+    add_work(work, &s->work);
     if (candidates) candidates->full = candidates->full || s->full;
     if (s->failed) return false;
     uint32_t *map = trie_merge(trie, &s->trie);
@@ -287,10 +292,7 @@ static void search_by_one(Search *s, CellCandidates *candidates, TreeWork *work)
     for (int side = 0; side < 6 && !s->failed; side++) search_side(s, side, 0, 0, 1);
     s->last = true;
     pending_follow(s);
-    work->cones += s->work.cones;
-    work->solved += s->work.solved;
-    work->accel.nodes += s->work.accel.nodes;
-    work->accel.triangles += s->work.accel.triangles;
+    add_work(work, &s->work);
     if (!candidates) return;
     *candidates = s->reached;
     candidates->full = s->full;
