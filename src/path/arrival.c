@@ -149,17 +149,27 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
     return true;
 }
 
+bool edge_part_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], const double zb[2],
+                  const double rb[2], double on[2])
+{
+    const double length = v3_distance(edge[0], edge[1]);
+    const double far = fabs(zb[0]) + fabs(zb[1]) + rb[1]; /* the ends' rounding turns a short edge */
+    const double slack = 4 * (path_rounding(scene, edge[0]) + path_rounding(scene, edge[1])) * (1 + far / length);
+    const double wide_z[2] = {zb[0] - slack, zb[1] + slack}, wide_r[2] = {greater(0, rb[0] - slack), rb[1] + slack};
+    on[0] = -slack;
+    on[1] = length + slack;
+    if (!(length > pad)) return true;
+    return narrow(z, rho, wide_z, wide_r, on);
+}
+
 bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b)
 {
     const double length = v3_distance(edge[0], edge[1]);
     if (!(length > pad)) return true;
     const KellerWedge line = {.origin = edge[0], .direction = v3_scale(v3_sub(edge[1], edge[0]), 1 / length)};
-    double zb[2], rb[2];
+    double zb[2], rb[2], on[2];
     path_line_distances(&line, a, b, &zb[0], &zb[1], &rb[0], &rb[1]);
-    const double far = fabs(zb[0]) + fabs(zb[1]) + rb[1]; /* the ends' rounding turns a short edge */
-    const double slack = 4 * (path_rounding(scene, edge[0]) + path_rounding(scene, edge[1]) + path_rounding(scene, a)) * (1 + far / length);
-    double on[2] = {-slack, length + slack};
-    return narrow(z, rho, zb, rb, on);
+    return edge_part_to(scene, edge, z, rho, zb, rb, on);
 }
 
 double arrival_reach(const Arrival *a) { return greater(fabs(a->z[0]), fabs(a->z[1])) + greater(fabs(a->lit[0]), fabs(a->lit[1])) + a->rho[1]; }

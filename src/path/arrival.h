@@ -47,7 +47,12 @@ double arrival_reach(const Arrival *arrival);
 bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t first, uint32_t second, uint32_t count, const uint32_t *face,
                    const double lit[2][2], double beyond);
 
-/* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. Can a ray
- * leave the edge, from edge[0] to edge[1], for a point between a and b? */
+/* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. on: the part
+ * of the edge, m from edge[0], that rays leave for points zb[0] .. zb[1] along it and rb[0] .. rb[1] away; false: there is none. Of an edge too
+ * short to tell all. */
+bool edge_part_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], const double zb[2],
+                  const double rb[2], double on[2]);
+
+/* Can a ray leave the edge for a point between a and b? */
 bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b);
 #endif

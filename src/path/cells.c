@@ -22,10 +22,15 @@ bool cells_of(const KellerConfig *config, const KellerReceiverSet *set, uint32_t
 {
     const KellerRange none = {INFINITY, -INFINITY};
     KellerRange all = none;
-    *g = (CellGrid){.receivers = config->receivers, .first = set->first + y * set->nx + x, .stride = set->nx, .nx = nx, .ny = ny,
-                    .x0 = set->x0 + x * set->step, .y0 = set->y0 + y * set->step, .step = set->step};
+    *g = (CellGrid){.nx = nx, .ny = ny, .x0 = set->x0 + x * set->step, .y0 = set->y0 + y * set->step, .step = set->step};
+    g->position = malloc((size_t)nx * ny * sizeof *g->position);
+    if (!g->position) return false;
     for (uint32_t j = 0; j < ny; j++)
-        for (uint32_t i = 0; i < nx; i++) add_height(&all, cell_position(g, i, j).z);
+        for (uint32_t i = 0; i < nx; i++) {
+            KellerVec3 p = config->receivers[set->first + (y + j) * set->nx + x + i].station.position;
+            g->position[(size_t)j * nx + i] = p;
+            add_height(&all, p.z);
+        }
     if (!(all.near < all.far)) { /* one height, or nowhere */
         if (all.near == all.far) g->low = g->high = all.near;
         return true;
@@ -45,7 +50,9 @@ bool cells_of(const KellerConfig *config, const KellerReceiverSet *set, uint32_t
 
 void cells_free(CellGrid *g)
 {
+    free(g->position);
     free(g->heights);
+    g->position = NULL;
     g->heights = NULL;
 }
 
@@ -93,9 +100,14 @@ static double allowed(const Footprint *f, uint32_t side, KellerRange z)
 /* The polygon loses nothing by this: its corners are good to rounding, and rows to a cell. */
 static bool footprint_cut(const CellGrid *g, KellerVec3 normal, double offset, Footprint *f)
 {
-    f->side[f->count] = normal;
-    f->offset[f->count++] = offset;
-    clip(f, normal.x, normal.y, allowed(f, f->count - 1, (KellerRange){g->low, g->high}));
+    if (fabs(normal.x) < 1e-30) normal.x = 0; /* below rounding; and its quotients are finite */
+    const uint32_t i = f->count++;
+    f->side[i] = normal;
+    f->offset[i] = offset;
+    const double left = allowed(f, i, (KellerRange){g->low, g->high});
+    f->at[i] = left / normal.x;
+    f->rise[i] = -normal.y / normal.x;
+    clip(f, normal.x, normal.y, left);
     return find_rows(g, f);
 }
 
@@ -119,7 +131,18 @@ bool footprint_of(const CellGrid *g, const BundleTest *test, const KellerFace *m
     return footprint_cut(g, v3_scale(mirror->normal, -front), -front * mirror->offset + 4 * test->contact + slack, f);
 }
 
-/* The columns [*from, *to) of [first, end) that may lie in it in the rows from..last, where z is in the range. */
+/* The columns of [first, end) from x = low to high (m), [*from, *to): one more where rounding may have taken it away. */
+static void columns_between(const CellGrid *g, double low, double high, uint32_t first, uint32_t end, uint32_t *from, uint32_t *to)
+{
+    *from = *to = first;
+    low = ceil((low - g->x0) / g->step - 1e-6);
+    high = floor((high - g->x0) / g->step + 1e-6);
+    if (!(low <= high && high >= first && low < end)) return;
+    *from = low > first ? (uint32_t)low : first;
+    *to = high < end ? (uint32_t)high + 1 : end;
+}
+
+/* The columns that may lie in it in the rows from..last, where z is in the range. */
 static void columns(const CellGrid *g, const Footprint *f, uint32_t row, uint32_t last, KellerRange z, uint32_t first, uint32_t end,
                     uint32_t *from, uint32_t *to)
 {
@@ -132,12 +155,21 @@ static void columns(const CellGrid *g, const Footprint *f, uint32_t row, uint32_
         else if (n.x < 0) low = greater(low, left / n.x);
         else if (left < 0) return;
     }
-    /* a cell more than the slack, so that the quotients' rounding takes nothing away */
-    low = ceil((low - g->x0) / g->step - 1e-6);
-    high = floor((high - g->x0) / g->step + 1e-6);
-    if (!(low <= high && high >= first && low < end)) return;
-    *from = low > first ? (uint32_t)low : first;
-    *to = high < end ? (uint32_t)high + 1 : end;
+    columns_between(g, low, high, first, end, from, to);
+}
+
+/* The columns of one row where all cells are at one height. */
+static void columns_of_row(const CellGrid *g, const Footprint *f, uint32_t row, uint32_t *from, uint32_t *to)
+{
+    double y = g->y0 + row * g->step, low = -INFINITY, high = INFINITY;
+    *from = *to = 0;
+    for (uint32_t i = 0; i < f->count; i++) {
+        const double x = f->at[i] + f->rise[i] * y, nx = f->side[i].x;
+        if (nx > 0) high = lesser(high, x);
+        else if (nx < 0) low = greater(low, x);
+        else if (allowed(f, i, (KellerRange){g->low, g->high}) < f->side[i].y * y) return;
+    }
+    columns_between(g, low, high, 0, g->nx, from, to);
 }
 
 /* Is all of the block, columns first .. end - 1, outside of one side? */
@@ -194,7 +226,8 @@ bool footprint_next(const CellGrid *g, const Footprint *f, CellRun *run)
         }
         while (run->next < last) {
             run->row = run->next++;
-            columns(g, f, run->row, run->row, run->z, first, end, &run->from, &run->to);
+            if (g->heights) columns(g, f, run->row, run->row, run->z, first, end, &run->from, &run->to);
+            else columns_of_row(g, f, run->row, &run->from, &run->to);
             if (run->from < run->to) return true;
         }
         if (!g->heights) return false;

@@ -7,9 +7,8 @@
 /* Rows of receivers over a rectangle, x fastest. Where their z differ, they are looked at in blocks, each of which knows its heights. A
  * cell whose z is NaN is nowhere. */
 typedef struct {
-    const KellerReceiver *receivers;    /* of the configuration */
-    uint32_t first, stride;     /* receiver of the first cell; receivers from row to row */
     uint32_t nx, ny;            /* of this part, >= 1 */
+    KellerVec3 *position;       /* m: of the cells, row by row */
     double x0, y0, step;        /* m: the first cell's centre, spacing */
     double low, high;           /* m: of the cells' z; both 0 where all are nowhere */
     uint32_t blocks_x;          /* blocks from band to band */
@@ -23,7 +22,7 @@ void cells_free(CellGrid *grid);
 
 static inline KellerVec3 cell_position(const CellGrid *g, uint32_t x, uint32_t y)
 {
-    return g->receivers[g->first + y * g->stride + x].station.position;
+    return g->position[(size_t)y * g->nx + x];
 }
 
 enum { FOOTPRINT_MOST = WINDOW_MOST + 2 };  /* sides: the window's, the mirror, and how far is seen */
@@ -33,6 +32,7 @@ typedef struct {
     uint32_t count;
     KellerVec3 side[FOOTPRINT_MOST];
     double offset[FOOTPRINT_MOST];
+    double at[FOOTPRINT_MOST], rise[FOOTPRINT_MOST];    /* m: where the cells are all at one height, x <= at + rise y if side.x > 0, or >= */
     uint32_t row, end;          /* rows that it may touch: [row, end) */
     double corner[2 * (FOOTPRINT_MOST + 4)];    /* x, y of what it has of the grid's rectangle, at any of the cells' heights */
     uint32_t corners;

@@ -2,9 +2,12 @@
 #include <math.h>
 
 #include "base/number.h"
+#include "path/arrival.h"
 #include "path/search.h"
 
+enum { NARROW_TRIANGLES = 8 };              /* of larger faces the corners are not looked at */
 static const double FAN_CELL = M_PI / 5;    /* widest cone of a fan, around the edge and along beta */
+static const double FLAT = 1e-3;            /* sine: where a flatter ray meets a plane is not asked */
 
 /* Keller's law: rays leave the edge at the angle beta at which they came, whose cotangent is bounded by where the source lies, an
  * image of the end or of a piece of edge that the beam fans out from, and by the piece of this edge inside the cone. The fan is
@@ -56,4 +59,69 @@ void search_fan(Search *s, uint32_t node, uint32_t wedge, double from, double to
             search_beam(s, &b);
         }
     }
+}
+
+/* Where points are, from the first end of a beam's edge: along it, farther out than, and nearer to its line than, m. */
+typedef struct {
+    KellerRange along, out;
+    double away;
+} Reach;
+
+static const Reach nowhere = {{INFINITY, -INFINITY}, {INFINITY, -INFINITY}, -INFINITY};
+
+static void reach_add(Reach *r, KellerVec3 along, KellerVec3 out, KellerVec3 v)
+{
+    const double z = v3_dot(v, along), x = v3_dot(v, out);
+    r->along = (KellerRange){lesser(r->along.near, z), greater(r->along.far, z)};
+    r->out = (KellerRange){lesser(r->out.near, x), greater(r->out.far, x)};
+    r->away = greater(r->away, v3_norm(v3_madd(v, along, -z)));
+}
+
+/* Bounds of where rays of the beam meet the face, as a place along its edge's line, z (m from its first end), and a distance from it, rho: what the
+ * face's corners and what its plane's crossings with the beam's own corners span. False: not known. */
+static bool reach_of(const Beam *beam, const KellerScene *scene, uint32_t face, KellerVec3 along, double z[2], double rho[2])
+{
+    const KellerFace *f = &scene->faces[face];
+    const Bundle *b = &beam->bundle;
+    const KellerVec3 middle = window_middle(&b->window), out = v3_unit(v3_madd(middle, along, -v3_dot(middle, along)));
+    Reach corners = nowhere, rays = nowhere;
+    bool met = true, small = f->triangle_end - f->triangle_begin <= NARROW_TRIANGLES;
+    for (uint32_t i = f->triangle_begin; i < f->triangle_end && small; i++)
+        for (int k = 0; k < 3; k++)
+            reach_add(&corners, along, out, v3_sub(scene->vertices[scene->triangles[scene->face_triangles[i]][k]], b->source[0]));
+    for (uint32_t i = 0; i < 2 * b->window.count && met; i++) {
+        const KellerVec3 o = b->source[i % 2], d = b->window.corner[i / 2];
+        const double down = v3_dot(f->normal, d), t = (f->offset - v3_dot(f->normal, o)) / down;
+        met = fabs(down) > FLAT && t > 0;
+        reach_add(&rays, along, out, v3_sub(v3_madd(o, d, t), b->source[0]));
+    }
+    if (!met && !small) return false;
+    if (!met) rays = corners;
+    if (!small) corners = rays;
+    z[0] = greater(rays.along.near, corners.along.near);
+    z[1] = lesser(rays.along.far, corners.along.far);
+    rho[0] = greater(0, greater(rays.out.near, corners.out.near));
+    rho[1] = lesser(rays.away, corners.away);
+    return true;
+}
+
+bool beam_narrow(Beam *beam, const KellerScene *scene, uint32_t face)
+{
+    const double worth = 0.9;   /* of the piece of edge: less is not cut off */
+    Bundle *b = &beam->bundle;
+    if (!bundle_narrow(b, scene, face)) return false;
+    if (beam->wedge == KELLER_NONE || !(v3_distance(b->source[0], b->source[1]) > 0)) return true;
+    const KellerVec3 edge[2] = {b->source[0], b->source[1]}, along = v3_unit(v3_sub(edge[1], edge[0]));
+    const double from = beam->piece[0], length = beam->piece[1] - from, source[2] = {beam->z[0] - from, beam->z[1] - from};
+    double z[2], rho[2], on[2];
+    if (!reach_of(beam, scene, face, along, z, rho)) return true;
+    if (!edge_part_to(scene, edge, source, beam->rho, z, rho, on)) return false;
+    on[0] = greater(on[0], 0);
+    on[1] = lesser(on[1], length);
+    if (!(on[1] - on[0] < worth * length)) return true;
+    for (int k = 0; k < 2; k++) {
+        b->source[k] = v3_madd(edge[0], along, on[k]);
+        beam->piece[k] = from + on[k];
+    }
+    return bundle_narrow(b, scene, face);
 }

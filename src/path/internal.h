@@ -14,15 +14,16 @@ static inline StepCode code_wedge(uint32_t wedge) { return wedge | CODE_WEDGE; }
 static inline bool code_is_wedge(StepCode code) { return (code & CODE_WEDGE) != 0; }
 static inline uint32_t code_id(StepCode code) { return code & ~CODE_WEDGE; }
 
-/* Rounding of positions in this scene near p, in m: 64 units in the last place of the largest coordinate. Things nearer
- * than this cannot be told apart. */
+/* Rounding of the position p, in m: 64 units in the last place of its largest coordinate. */
+static inline double path_rounding_at(KellerVec3 p)
+{
+    return 64 * 0x1p-52 * greater(fabs(p.x), greater(fabs(p.y), fabs(p.z)));
+}
+
+/* Rounding of positions in this scene near p, in m: of the largest coordinate of all. Things nearer than this cannot be told apart. */
 static inline double path_rounding(const KellerScene *scene, KellerVec3 p)
 {
-    double size = greater(fabs(p.x), greater(fabs(p.y), fabs(p.z)));
-    size = greater(size, greater(fabs(scene->lower.x), fabs(scene->upper.x)));
-    size = greater(size, greater(fabs(scene->lower.y), fabs(scene->upper.y)));
-    size = greater(size, greater(fabs(scene->lower.z), fabs(scene->upper.z)));
-    return 64 * 0x1p-52 * size;
+    return greater(path_rounding_at(p), greater(path_rounding_at(scene->lower), path_rounding_at(scene->upper)));
 }
 
 /* Does the wedge's sector hold the direction v (from the edge outwards)? Angles within `slack` (radians) of a face count

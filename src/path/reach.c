@@ -143,7 +143,8 @@ void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node
         }
         query_free(&q);
     }
-    for (int i = 0; i < halves; i++) search_mirrored(s, &half[i], face, node);
+    for (int i = 0; i < halves; i++)
+        if (beam_narrow(&half[i], l->scene, face)) search_mirrored(s, &half[i], face, node);
     if (halves == 0) search_cells(s, &after);
 }
 

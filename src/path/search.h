@@ -123,6 +123,9 @@ void search_cells(Search *s, const Beam *beam);
 /* The same for a beam that runs to the face and is mirrored there, its sequence then `node`; narrowed to the face. Parts of it that do
  * not get there are left out. */
 void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node);
+/* What of the beam may be mirrored in the face: its window as bundle_narrow has it, and of a beam from an edge the part of the edge from
+ * which Keller's law leads there. False: nothing. */
+bool beam_narrow(Beam *beam, const KellerScene *scene, uint32_t face);
 /* The two halves of the beam's window, as window_halves has them. */
 int beam_halves(const Beam *beam, Beam half[2]);
 /* The beams of the two halves of its piece of edge. */

@@ -79,7 +79,7 @@ static bool passes_faces(const Sieve *s, const KellerVec3 *image, KellerVec3 tar
 
 bool sieve_passes(const Sieve *s, KellerVec3 rx, double *place)
 {
-    double rounding = greater(s->rounding, path_rounding(s->scene, rx));
+    const double rounding = greater(s->rounding, path_rounding_at(rx)); /* the scene's is in it */
     if (s->wedge == s->count) return passes_faces(s, s->image, rx, rounding, 0, 1, s->count);
     KellerVec3 image[KELLER_MAX_BENDS + 1] = {rx}; /* of the receiver, from behind */
     uint32_t behind = s->count - s->wedge - 1;

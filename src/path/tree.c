@@ -25,7 +25,7 @@ static bool reflected(const Query *q, const HitFace *hit, const KellerScene *sce
 {
     const KellerFace *f = &scene->faces[hit->face];
     *b = *q->beam;
-    if (!bundle_narrow(&b->bundle, scene, hit->face)) return false;
+    if (!beam_narrow(b, scene, hit->face)) return false;
     KellerRange at;
     double steep;
     if (bundle_crossing(&b->bundle, f, q->cone.origin, q->cone.directrix, &at, &steep) &&
