@@ -110,7 +110,7 @@ bool beam_narrow(Beam *beam, const KellerScene *scene, uint32_t face)
     const double worth = 0.9;   /* of the piece of edge: less is not cut off */
     Bundle *b = &beam->bundle;
     if (!bundle_narrow(b, scene, face)) return false;
-    if (beam->wedge == KELLER_NONE || !(v3_distance(b->source[0], b->source[1]) > 0)) return true;
+    if (b->source_count < 2 || !(v3_distance(b->source[0], b->source[1]) > 0)) return true;
     const KellerVec3 edge[2] = {b->source[0], b->source[1]}, along = v3_unit(v3_sub(edge[1], edge[0]));
     const double from = beam->piece[0], length = beam->piece[1] - from, source[2] = {beam->z[0] - from, beam->z[1] - from};
     double z[2], rho[2], on[2];

@@ -9,12 +9,12 @@
 
 enum { BLOCKER_TRIANGLES = 64 };    /* faces of more triangles are not tried as a cone's wall: the trial would cost too much */
 
-/* Does the face cross all rays of the beam, so that nothing behind it is reached? If so *far is its farthest z. Rays cross its
- * plane in a connected region; if none of them meets a border of the face, and one is inside, all are.
+/* Rays cross the face's plane in a connected region; if none of them meets a border of the face, and one is inside, all are.
  * The face must lie beyond the start of every ray; touching it (within the contact tolerance) is not enough, since a leg
  * may start on it. */
-static bool face_blocks(const Query *q, const KellerScene *scene, uint32_t face, double *far)
+bool query_blocked(const Query *q, uint32_t face, double *far)
 {
+    const KellerScene *scene = q->search->limits->scene;
     const KellerFace *f = &scene->faces[face];
     const Bundle *b = &q->beam->bundle;
     KellerRange at;
@@ -57,10 +57,10 @@ static double stop_if_much(Query *q)
     return q->far;
 }
 
-/* Do the beam's rays start in this plane: that of its mirror, or one of the faces at its edge? */
-static bool starts_in(const Query *q, const KellerScene *scene, uint32_t plane)
+bool query_starts_in(const Query *q, uint32_t plane)
 {
     const Beam *b = q->beam;
+    const KellerScene *scene = q->search->limits->scene;
     return (b->mirror != KELLER_NONE && scene->faces[b->mirror].plane == plane) ||
            (b->wedge != KELLER_NONE && path_wedge_in_plane(scene, &scene->wedges[b->wedge], plane));
 }
@@ -77,7 +77,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
         h->near = lesser(h->near, range.near);
         return q->far;
     }
-    if (starts_in(q, scene, plane)) return q->far;
+    if (query_starts_in(q, plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (behind_mirror(q, scene, 3, v)) return q->far;
@@ -88,7 +88,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     s->slot[face] = q->faces;
     q->face[q->faces++] = (HitFace){face, range.near};
     double far;
-    if (face_blocks(q, scene, face, &far))
+    if (query_blocked(q, face, &far))
         q->far = lesser(q->far, path_lets_through(scene, face) ? slabs_add(&q->slabs, far) : far);
     return stop_if_much(q);
 }
@@ -187,44 +187,6 @@ bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
         s->query = 1;
     }
     return true;
-}
-
-typedef struct {
-    Query *q;
-    KellerVec3 a, d;            /* the segment is a + t d, t in [0, 1] */
-    double near;
-    uint32_t plane;             /* that it ends in: its faces are not in the way */
-    bool met;
-} Stop;
-
-static bool visit_stop(void *context, uint32_t id)
-{
-    Stop *s = context;
-    const Query *q = s->q;
-    const KellerScene *scene = q->search->limits->scene;
-    const uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane, *t = scene->triangles[id];
-    if (plane == s->plane || starts_in(q, scene, plane)) return false;
-    if (q->search->limits->transmissions > 0 && path_lets_through(scene, face)) return false;
-    KellerVec3 v[3];
-    int positive = 0, negative = 0;
-    for (int i = 0; i < 3; i++) v[i] = v3_sub(scene->vertices[t[i]], s->a);
-    for (int i = 0; i < 3; i++) {
-        bool up = v3_dot(s->d, v3_cross(v[i], v[(i + 1) % 3])) >= 0;
-        positive += up;
-        negative += !up;
-    }
-    if (positive && negative) return false;
-    double far;
-    s->met = true;
-    return face_blocks(q, scene, face, &far) && far < s->near;
-}
-
-bool query_hides(Query *q, KellerVec3 a, KellerVec3 b, double near, uint32_t plane, bool *met)
-{
-    Stop s = {.q = q, .a = a, .d = v3_sub(b, a), .near = near, .plane = plane};
-    bool hides = keller_accel_segment(q->search->limits->accel, a, b, 0, visit_stop, &s, &q->search->work.accel);
-    *met = s.met;
-    return hides;
 }
 
 void query_free(Query *q)

@@ -102,18 +102,6 @@ static int sharper(const Beam *beam, double distance, const CellGrid *cells, Bea
     return 2;
 }
 
-static KellerVec3 source_middle(const Bundle *b)
-{
-    return b->source_count > 1 ? v3_scale(v3_add(b->source[0], b->source[1]), 0.5) : b->source[0];
-}
-
-/* Where the ray from the (image of the) source to b leaves its mirror, if it has one. */
-static KellerVec3 start_of(const Beam *beam, const KellerScene *scene, KellerVec3 b)
-{
-    KellerVec3 a = source_middle(&beam->bundle), p;
-    return beam->mirror != KELLER_NONE && path_cross_plane(&scene->faces[beam->mirror], a, b, &p) ? p : a;
-}
-
 void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node)
 {
     const TreeLimits *l = s->limits;
@@ -125,23 +113,12 @@ void search_mirrored(Search *s, const Beam *before, uint32_t face, uint32_t node
     bundle_mirror(&after.bundle, f);
     BundleTest test = bundle_test(&after.bundle, l->scene);
     Footprint foot;
-    Query q;
-    KellerRange at;
-    double steep;
     int halves = 0;
     if (s->failed || !footprint_of(l->cells, &test, f, beam_front(&after, l->scene), &foot)) return;
-    if (footprint_cells(l->cells, &foot, few_of(l) + 1) > few_of(l) && query_of(&q, s, before, 0)) {
-        if (bundle_crossing(&before->bundle, f, q.cone.origin, q.cone.directrix, &at, &steep)) {
-            KellerVec3 b, from = source_middle(&before->bundle), d = window_middle(&before->bundle.window);
-            b = v3_madd(from, d, (f->offset - v3_dot(f->normal, from)) / v3_dot(f->normal, d));
-            bool met;
-            if (query_hides(&q, start_of(before, l->scene, b), b, at.near, f->plane, &met)) {
-                query_free(&q);
-                return;
-            }
-            if (met) halves = sharper(before, at.far - q.start_near, l->cells, half);
-        }
-        query_free(&q);
+    if (footprint_cells(l->cells, &foot, few_of(l) + 1) > few_of(l)) {
+        WayTo way = way_to_face(s, before, face);
+        if (way.hidden) return;
+        if (way.met) halves = sharper(before, way.length, l->cells, half);
     }
     for (int i = 0; i < halves; i++)
         if (beam_narrow(&half[i], l->scene, face)) search_mirrored(s, &half[i], face, node);
@@ -168,7 +145,7 @@ void search_cells(Search *s, const Beam *beam)
             KellerRange at = footprint_extent(l->cells, &f, q.cone.origin, q.cone.directrix);
             KellerVec3 b = footprint_middle(l->cells, &f);
             bool met;
-            if (query_hides(&q, start_of(beam, l->scene, b), b, at.near, KELLER_NONE, &met)) {
+            if (query_hides(&q, b, at.near, KELLER_NONE, &met)) {
                 query_free(&q);
                 return;
             }

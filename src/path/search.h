@@ -1,5 +1,5 @@
 /* The state of a candidate search, shared by its files: what a beam meets (meet.c), what it becomes at a wedge (fan.c), which cells of a
- * map it reaches (reach.c), what is put off (pending.c), and the search itself (tree.c). */
+ * map it reaches (reach.c), what hides things from it (hidden.c), what is put off (pending.c), and the search itself (tree.c). */
 #ifndef KELLER_PATH_SEARCH_H
 #define KELLER_PATH_SEARCH_H
 #include "path/slabs.h"
@@ -91,15 +91,29 @@ double beam_front(const Beam *beam, const KellerScene *scene);
  * query_free. */
 bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
 void query_free(Query *q);
-/* Does a face that the segment from a to b meets stop all of the beam before `near` (m along the cone's directrix)? Faces in `plane`, and
- * slabs that may be passed through, do not count. *met: whether the segment meets anything else. Costs little more than a ray. */
-bool query_hides(Query *q, KellerVec3 a, KellerVec3 b, double near, uint32_t plane, bool *met);
+/* Does the face cross all rays of the beam, so that nothing behind it is reached? If so *far is its farthest z. */
+bool query_blocked(const Query *q, uint32_t face, double *far);
+/* Do the beam's rays start in this plane: that of its mirror, or one of the faces at its edge? */
+bool query_starts_in(const Query *q, uint32_t plane);
 /* Collects the faces met, and q->far behind those that all rays meet, or sets too_much. */
 void query_faces(Query *q);
 /* Collects the wedges met in front of q->far, of this accelerator. */
 void query_wedges(Query *q, const KellerAccel *accel);
 /* The part of a wedge met; false: none. */
 bool query_piece(const Query *q, uint32_t wedge, Piece *piece);
+
+/* Does a face that a ray from the middle of the sources to b meets stop all of the beam before `near` (m along the cone's directrix)? Faces in
+ * `plane`, and slabs that may be passed through, do not count. *met: whether the ray meets anything else. */
+bool query_hides(const Query *q, KellerVec3 b, double near, uint32_t plane, bool *met);
+/* What a ray down the middle of a beam, narrowed to a face, tells of its way there. */
+typedef struct {
+    bool hidden;                /* none of its rays gets there */
+    bool met;                   /* this one does not */
+    double length;              /* m: of its rays' ways to the face, at most; 0: not known */
+} WayTo;
+WayTo way_to_face(Search *search, const Beam *beam, uint32_t face);
+/* The same of all its rays to the edge from a to b: are they surely stopped? */
+bool edge_hidden(Search *search, const Beam *beam, KellerVec3 a, KellerVec3 b);
 
 /* Looks for what follows the beam's sequence. */
 void search_next(Search *s, const Beam *beam);

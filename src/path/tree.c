@@ -106,12 +106,11 @@ static void looked_around(Search *s, double share)
     if (s->reports) advance(s->limits->advance, SEARCH_SPHERE * all);
 }
 
-/* Can rays of a beam from an edge reach this piece of another by Keller's law? */
-static bool led_to(const KellerScene *scene, const Beam *beam, const KellerWedge *w, const Piece *piece)
+/* Can rays of a beam from an edge reach the piece of another from a to b by Keller's law? */
+static bool led_to(const KellerScene *scene, const Beam *beam, KellerVec3 a, KellerVec3 b)
 {
     const double z[2] = {beam->z[0] - beam->piece[0], beam->z[1] - beam->piece[0]};
-    return beam->bundle.source_count < 2 || edge_leads_to(scene, beam->bundle.source, z, beam->rho, v3_madd(w->origin, w->direction, piece->from),
-                                                          v3_madd(w->origin, w->direction, piece->to));
+    return edge_leads_to(scene, beam->bundle.source, z, beam->rho, a, b);
 }
 
 /* The beams that faces reflect, and those that edges send out. */
@@ -121,9 +120,12 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     const uint8_t after_face = l->plan->of[pattern_and(pattern, false)], after_wedge = l->plan->of[pattern_and(pattern, true)];
     /* pieces of an edge are different sources */
     const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(pattern) == 0 && pattern_length(pattern) > 0;
+    /* what a point does not see costs less to follow than to find out; a map's cells are asked for theirs */
+    const bool edge = q->beam->bundle.source_count > 1, only_cells = l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE));
     for (uint32_t i = 0; i < q->faces && use & PLAN_FACE && !s->failed; i++) {
         Beam before, child;
         if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &before, &child)) continue;
+        if (edge && !only_cells && way_to_face(s, &before, q->face[i].face).hidden) continue;
         child.node = trie_child(&s->trie, q->beam->node, code_face(q->face[i].face));
         if (child.node == KELLER_NONE) {
             s->failed = true;
@@ -134,13 +136,16 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     }
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
-        if (!query_piece(q, q->wedge[i], &piece) || !led_to(l->scene, q->beam, &l->scene->wedges[q->wedge[i]], &piece)) continue;
+        const KellerWedge *w = &l->scene->wedges[q->wedge[i]];
+        if (!query_piece(q, q->wedge[i], &piece)) continue;
+        const KellerVec3 a = v3_madd(w->origin, w->direction, piece.from), b = v3_madd(w->origin, w->direction, piece.to);
+        if (edge && (!led_to(l->scene, q->beam, a, b) || edge_hidden(s, q->beam, a, b))) continue;
         uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
         if (node == KELLER_NONE) {
             s->failed = true;
             break;
         }
-        const double whole = l->scene->wedges[q->wedge[i]].length, pad = 4 * l->scene->contact;
+        const double whole = w->length, pad = 4 * l->scene->contact;
         trie_light(&s->trie, node, (piece.from - pad) / whole, (piece.to + pad) / whole);
         if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
             const Bundle *in = &q->beam->bundle;
