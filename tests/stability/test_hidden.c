@@ -1,0 +1,199 @@
+/* What a search cuts off a beam from an edge, and what it calls hidden from it, against single rays that obey Keller's law. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "path/search.h"
+#include "path/solve.h"
+#include "plates.h"
+
+enum { SCENES = 600, BEAMS = 400, RAYS = 40 };
+
+typedef struct {
+    KellerScene scene;
+    KellerAccel *accel;
+    TreeLimits limits;
+    Search search;
+} Fixture;
+
+static void set_up(Fixture *f, uint64_t seed)
+{
+    KellerError error;
+    PlatesScene plates = plates_random(seed, seed % 2 ? PLATES_AS_BUILT : PLATES_REFINED);
+    assert_int_equal(keller_scene_build(&plates.soup, &f->scene, &error), KELLER_OK);
+    assert_int_equal(keller_accel_build("bvh8", &f->scene, &f->accel, &error), KELLER_OK);
+    soup_release(&plates.soup);
+    f->limits = (TreeLimits){.scene = &f->scene, .accel = f->accel};
+    f->search = (Search){.limits = &f->limits, .end = plates.tx, .stamp = calloc(f->scene.face_count + 1, sizeof(uint32_t))};
+}
+
+static void tear_down(Fixture *f)
+{
+    free(f->search.stamp);
+    keller_accel_free(f->accel);
+    keller_scene_free(&f->scene);
+}
+
+static KellerVec3 on_edge(const KellerWedge *w, double t) { return v3_madd(w->origin, w->direction, t); }
+static KellerVec3 point_of(Random *r, double size) { return v3(random_range(r, -size, size), random_range(r, -size, size), random_range(r, -size, size)); }
+
+/* A point of the face, or near a border of it. */
+static KellerVec3 on_face(const KellerScene *scene, uint32_t face, Random *r)
+{
+    const KellerFace *f = &scene->faces[face];
+    const uint32_t *t = scene->triangles[scene->face_triangles[f->triangle_begin + random_below(r, f->triangle_end - f->triangle_begin)]];
+    double u = random_range(r, 0, 1), v = random_below(r, 3) ? random_range(r, 0, 1) : 1e-6;
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    return v3_madd(v3_madd(v3_scale(scene->vertices[t[0]], 1 - u - v), scene->vertices[t[1]], u), scene->vertices[t[2]], v);
+}
+
+/* Where the shortest way from s to p meets the wedge's line. */
+static double keller_place(const KellerWedge *w, KellerVec3 s, KellerVec3 p)
+{
+    double z[2], rho[2];
+    const KellerVec3 end[2] = {s, p};
+    for (int i = 0; i < 2; i++) {
+        KellerVec3 v = v3_sub(end[i], w->origin);
+        z[i] = v3_dot(v, w->direction);
+        rho[i] = v3_norm(v3_madd(v, w->direction, -z[i]));
+    }
+    return z[0] + (z[1] - z[0]) * rho[0] / (rho[0] + rho[1]);
+}
+
+/* A beam from a piece of an edge, wide or narrow, towards the point q; the wave comes from s. */
+static Beam draw_beam(const KellerWedge *w, uint32_t wedge, KellerVec3 s, KellerVec3 q, Random *r)
+{
+    KellerVec3 v = v3_sub(s, w->origin);
+    const double z = v3_dot(v, w->direction), rho = v3_norm(v3_madd(v, w->direction, -z)), t = keller_place(w, s, q), size = w->length * pow(10, random_range(r, -3, 0));
+    Beam b = {.mirror = KELLER_NONE, .wedge = wedge, .piece = {fmax(0, t - random_range(r, 0, size)), fmin(w->length, t + random_range(r, 0, size))},
+              .z = {z, z}, .rho = {rho, rho}};
+    b.bundle.source_count = 2;
+    for (int k = 0; k < 2; k++) b.bundle.source[k] = on_edge(w, b.piece[k]);
+    KellerVec3 axis[3];
+    const KellerVec3 along = v3_unit(v3_sub(q, on_edge(w, t)));
+    window_axes(along, v3_perpendicular(along), axis);
+    Slopes slopes;
+    for (int k = 0; k < 2; k++) {
+        slopes.low[k] = -pow(10, random_range(r, -4, 0));
+        slopes.high[k] = pow(10, random_range(r, -4, 0));
+    }
+    b.bundle.window = window_of(axis, &slopes);
+    return b;
+}
+
+static bool in_window(const Window *w, KellerVec3 d, double slack)
+{
+    for (uint32_t i = 0; i < w->count; i++)
+        if (v3_dot(w->side[i], d) > slack) return false;
+    return true;
+}
+
+/* Is nothing between a and b but what is in the planes that they are in? */
+static bool free_way(const Fixture *f, KellerVec3 a, KellerVec3 b, const uint32_t *planes, size_t count)
+{
+    Crossings none = {.most = 0};
+    KellerAccelWork work = {0};
+    bool grazes = false;
+    const PathLeg leg = {.a = a, .b = b, .skip = {planes}, .skip_count = {count}, .strict = true};
+    return path_leg_passes(&f->scene, f->accel, &leg, &none, &grazes, &work);
+}
+
+static uint32_t planes_at(const KellerScene *scene, const KellerWedge *w, uint32_t count, uint32_t *planes)
+{
+    for (uint32_t p = 0; p < scene->face_count && count < 32; p++)
+        if (path_wedge_in_plane(scene, w, scene->faces[p].plane)) planes[count++] = scene->faces[p].plane;
+    return count;
+}
+
+/* The wave may be mirrored between the edge and the face. */
+static void rays_are_kept(void **state)
+{
+    (void)state;
+    size_t rays = 0, free_rays = 0, narrowed = 0, gone = 0, hidden = 0;
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Fixture f;
+        Random r = random_seeded(seed);
+        set_up(&f, seed);
+        for (int i = 0; i < BEAMS; i++) {
+            const uint32_t wedge = random_below(&r, (uint32_t)f.scene.wedge_count), face = random_below(&r, (uint32_t)f.scene.face_count),
+                           mirror = random_below(&r, 2) ? random_below(&r, (uint32_t)f.scene.face_count) : KELLER_NONE;
+            const KellerFace *m = mirror == KELLER_NONE ? NULL : &f.scene.faces[mirror];
+            const uint32_t plane = f.scene.faces[face].plane;
+            KellerWedge w = f.scene.wedges[wedge];
+            KellerVec3 s = point_of(&r, 8);
+            if (m ? m->plane == plane || path_wedge_in_plane(&f.scene, &w, m->plane) : path_wedge_in_plane(&f.scene, &w, plane)) continue;
+            uint32_t planes[34] = {plane, m ? m->plane : plane}, count = m ? 2 : planes_at(&f.scene, &w, 1, planes);
+            if (m) {
+                s = v3_mirror_point(s, m->normal, m->offset);
+                w.origin = v3_mirror_point(w.origin, m->normal, m->offset);
+                w.direction = v3_mirror_direction(w.direction, m->normal);
+            }
+            Beam whole = draw_beam(&w, m ? KELLER_NONE : wedge, s, random_below(&r, 4) ? on_face(&f.scene, face, &r) : point_of(&r, 8), &r);
+            whole.mirror = mirror;
+            if (!(whole.piece[0] < whole.piece[1])) continue;
+            Beam beam = whole;
+            const bool some = beam_narrow(&beam, &f.scene, face), hides = some && way_to_face(&f.search, &beam, face).hidden;
+            gone += !some;
+            hidden += hides;
+            narrowed += some && beam.piece[1] - beam.piece[0] < 0.9 * (whole.piece[1] - whole.piece[0]);
+            for (int k = 0; k < RAYS; k++) {
+                const KellerVec3 p = on_face(&f.scene, face, &r), middle = window_middle(&whole.bundle.window);
+                const double t = keller_place(&w, s, p);
+                const KellerVec3 from = on_edge(&w, t), d = v3_unit(v3_sub(p, from));
+                KellerVec3 start = from;
+                if (!(t >= whole.piece[0] && t <= whole.piece[1]) || !in_window(&whole.bundle.window, d, 0) || !(v3_dot(d, middle) > 0)) continue;
+                if (m && !path_cross_plane(m, from, p, &start)) continue;
+                rays++;
+                assert_true(some);
+                assert_true(t >= beam.piece[0] - 1e-12 && t <= beam.piece[1] + 1e-12);
+                assert_true(in_window(&beam.bundle.window, d, 2 * WINDOW_PAD));
+                const bool seen = free_way(&f, start, p, planes, count);
+                free_rays += seen;
+                assert_false(hides && seen);
+            }
+        }
+        tear_down(&f);
+    }
+    assert_true(rays > 20000 && free_rays > 5000 && narrowed > 3000 && gone > 3000 && hidden > 1000);
+}
+
+static void edges_that_are_seen_are_not_hidden(void **state)
+{
+    (void)state;
+    size_t rays = 0, hidden = 0;
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Fixture f;
+        Random r = random_seeded(1000 + seed);
+        set_up(&f, seed);
+        for (int i = 0; i < BEAMS; i++) {
+            const uint32_t first = random_below(&r, (uint32_t)f.scene.wedge_count), second = random_below(&r, (uint32_t)f.scene.wedge_count);
+            const KellerWedge *w = &f.scene.wedges[first], *v = &f.scene.wedges[second];
+            if (w->vertex[0] == v->vertex[0] && w->vertex[1] == v->vertex[1]) continue;
+            double at = random_range(&r, 0, v->length), size = v->length * pow(10, random_range(&r, -3, 0));
+            const double piece[2] = {fmax(0, at - size), fmin(v->length, at + size)};
+            const Beam beam = draw_beam(w, first, point_of(&r, 8), on_edge(v, at), &r);
+            if (!(beam.piece[0] < beam.piece[1]) || !edge_hidden(&f.search, &beam, on_edge(v, piece[0]), on_edge(v, piece[1]))) continue;
+            hidden++;
+            uint32_t planes[33], count = planes_at(&f.scene, w, 0, planes);
+            count = planes_at(&f.scene, v, count, planes);
+            for (int k = 0; k < RAYS; k++) { /* any ray, as none of them is to get there */
+                rays++;
+                assert_false(free_way(&f, on_edge(w, random_range(&r, beam.piece[0], beam.piece[1])), on_edge(v, random_range(&r, piece[0], piece[1])), planes, count));
+            }
+        }
+        tear_down(&f);
+    }
+    assert_true(hidden > 300 && rays > 3000);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rays_are_kept), cmocka_unit_test(edges_that_are_seen_are_not_hidden)};
+    cmocka_set_message_output(CM_OUTPUT_TAP);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
