@@ -57,6 +57,9 @@ bool path_wedge_in_plane(const KellerScene *scene, const KellerWedge *wedge, uin
 /* True if the face is a slab, which a ray may pass through; a half-space and a conductor let nothing through. */
 bool path_lets_through(const KellerScene *scene, uint32_t face);
 
+/* Reflections and diffractions that one path may have together. */
+uint32_t path_longest_sequence(const KellerConfig *config);
+
 /* A slab that a leg passes through. */
 typedef struct {
     uint32_t leg;               /* number of the leg */

@@ -63,38 +63,6 @@ static void report(void *context, double fraction)
 
 static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
 
-/* Reflections and diffractions that one path may have together. */
-static uint32_t longest_sequence(const KellerConfig *config)
-{
-    return least(config->interactions, config->reflections + config->diffractions);
-}
-
-KellerStatus keller_simulation_check(const KellerConfig *config, const KellerScene *scene, KellerError *error)
-{
-    const char *file = config->file;
-    int line = config->paths_line;
-    if (config->interactions > KELLER_MAX_INTERACTIONS)
-        return keller_error(error, KELLER_BAD_INPUT, "%s:%d: interactions=\"%u\" is too many; expected at most %d", file,
-                            line, config->interactions, KELLER_MAX_INTERACTIONS);
-    uint32_t bends = longest_sequence(config);
-    if (bends > KELLER_MAX_BENDS)
-        return keller_error(error, KELLER_BAD_INPUT,
-                            "%s:%d: up to %u reflections and diffractions on one path are too many; expected at most %d, or "
-                            "interactions=\"...\" to bound them",
-                            file, line, bends, KELLER_MAX_BENDS);
-    if (scene->sound.speed > 0 && path_sound_check(config, scene, error) != KELLER_OK) return KELLER_BAD_INPUT;
-    for (size_t f = 0; f < config->frequency_count; f++) {
-        KellerMedium *media;
-        KellerError inner;
-        KellerStatus status = keller_media_table(scene, 1, &config->frequencies[f], &media, &inner);
-        if (status != KELLER_OK)
-            return keller_error(error, status, "%s:%d: %s", file,
-                                config->frequency_lines ? config->frequency_lines[f] : 0, inner.message);
-        free(media);
-    }
-    return KELLER_OK;
-}
-
 /* Is a set searched from the transmitter alone? Not where the wave may be diffracted twice: then edges would send fans to edges, where
  * both ends meet on the leg between them and need none. */
 static bool searched_alone(const Simulation *s, const KellerReceiverSet *set)
@@ -474,7 +442,7 @@ static KellerStatus simulate(const KellerConfig *config, const KellerScene *scen
     s.total = (double)config->transmitter_count * (double)config->receiver_count;
     s.join = (JoinLimits){.scene = scene, .accel = accel, .boxes = boxes, .reflections = config->reflections,
                           .diffractions = config->diffractions, .transmissions = config->transmissions,
-                          .interactions = config->interactions, .bends = longest_sequence(config)};
+                          .interactions = config->interactions, .bends = path_longest_sequence(config)};
     s.whole_edges = scene->sound.edges == KELLER_EDGES_BTM && scene->sound.speed > 0 && s.join.diffractions > 0 && s.join.bends > 0;
     if (s.whole_edges) {
         s.join.diffractions = 0;
