@@ -179,7 +179,6 @@ bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
     *q = (Query){.search = s, .beam = beam, .far = INFINITY};
     if (!keller_cone_fan(b->source_count, b->source, b->window.count, b->window.corner, &q->cone, &q->start_far)) return false;
     q->slabs.most = slabs;
-    s->work.cones++;
     q->test = bundle_test(b, scene);
     if (beam->mirror != KELLER_NONE) start_at_mirror(q, scene);
     if (++s->query == 0) { /* all stamps used: begin anew */

@@ -180,6 +180,7 @@ void search_next(Search *s, const Beam *beam)
         split(s, beam);
         return;
     }
+    s->work.cones++;
     KellerVec3 across;
     double wide = window_width(&beam->bundle.window, &across);
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
