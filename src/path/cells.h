@@ -15,7 +15,7 @@ typedef struct {
     KellerRange *heights;       /* m: of each block's cells, band by band; near > far where it has none. NULL: one height for all */
 } CellGrid;
 
-/* A part of a set, which is a grid: columns x .. x + nx - 1 of rows y .. y + ny - 1; to be freed. False: no memory. */
+/* A part of a set, which is a grid: columns x .. x + nx - 1 of rows y .. y + ny - 1; to be freed in any case. False: no memory. */
 bool cells_of(const KellerConfig *config, const KellerReceiverSet *set, uint32_t x, uint32_t y, uint32_t nx, uint32_t ny,
               CellGrid *grid);
 void cells_free(CellGrid *grid);

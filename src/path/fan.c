@@ -83,7 +83,8 @@ static bool reach_of(const Beam *beam, const KellerScene *scene, uint32_t face, 
 {
     const KellerFace *f = &scene->faces[face];
     const Bundle *b = &beam->bundle;
-    const KellerVec3 middle = window_middle(&b->window), out = v3_unit(v3_madd(middle, along, -v3_dot(middle, along)));
+    const KellerVec3 middle = window_middle(&b->window), aside = v3_unit(v3_madd(middle, along, -v3_dot(middle, along))),
+                     out = v3_unit(v3_madd(aside, along, -v3_dot(aside, along))); /* rays nearly along the edge leave rounding at first */
     Reach corners = nowhere, rays = nowhere;
     bool met = true, small = f->triangle_end - f->triangle_begin <= NARROW_TRIANGLES;
     for (uint32_t i = f->triangle_begin; i < f->triangle_end && small; i++)
@@ -118,6 +119,7 @@ bool beam_narrow(Beam *beam, const KellerScene *scene, uint32_t face)
     if (!edge_part_to(scene, edge, source, beam->rho, z, rho, on)) return false;
     on[0] = greater(on[0], 0);
     on[1] = lesser(on[1], length);
+    if (on[0] > on[1]) return false;
     if (!(on[1] - on[0] < worth * length)) return true;
     for (int k = 0; k < 2; k++) {
         b->source[k] = v3_madd(edge[0], along, on[k]);

@@ -225,8 +225,10 @@ static KellerStatus run_block(Simulation *s, const KellerReceiverSet *set, uint3
 static KellerStatus part_search(Simulation *s, const KellerReceiverSet *set, Part *p, bool *full, KellerError *error)
 {
     CellGrid grid;
-    if (!cells_of(s->config, set, p->x, p->y, p->nx, p->ny, &grid))
-        return keller_error(error, KELLER_FAILED, "out of memory for the heights of a grid of %u x %u cells", set->ny, set->nx);
+    if (!cells_of(s->config, set, p->x, p->y, p->nx, p->ny, &grid)) {
+        cells_free(&grid);
+        return keller_error(error, KELLER_FAILED, "out of memory for the cells of a grid of %u x %u", set->ny, set->nx);
+    }
     TreeLimits limits = s->backward; /* both sides have the same */
     limits.plan = &s->plan[0];
     limits.targets = NULL;

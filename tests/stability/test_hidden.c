@@ -162,6 +162,60 @@ static void rays_are_kept(void **state)
     assert_true(rays > 20000 && free_rays > 5000 && narrowed > 3000 && gone > 3000 && hidden > 1000);
 }
 
+/* From near the edge's line to a wall that the line meets: the rays leave at angles down to 1e-8 with the edge, and what is perpendicular to it
+ * in them is mostly rounding. */
+static void rays_along_the_edge_are_kept(void **state)
+{
+    (void)state;
+    size_t rays = 0, narrowed = 0, gone = 0;
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Fixture f;
+        Random r = random_seeded(2000 + seed);
+        set_up(&f, seed);
+        for (int i = 0; i < BEAMS; i++) {
+            const uint32_t wedge = random_below(&r, (uint32_t)f.scene.wedge_count), face = random_below(&r, (uint32_t)f.scene.face_count);
+            const KellerWedge *w = &f.scene.wedges[wedge];
+            const KellerFace *wall = &f.scene.faces[face];
+            const double down = v3_dot(wall->normal, w->direction), met = (wall->offset - v3_dot(wall->normal, w->origin)) / down;
+            uint32_t triangle;
+            if (path_wedge_in_plane(&f.scene, w, wall->plane) || !(fabs(down) > 0.01) || (met >= 0 && met <= w->length) ||
+                !(path_face_weight(&f.scene, face, on_edge(w, met), -1, &triangle) > 0))
+                continue;
+            const KellerVec3 x = v3_perpendicular(w->direction), y = v3_cross(w->direction, x);
+            const double away = random_range(&r, 0.01, 3) * w->length, far = pow(10, random_range(&r, -8, 0)), near = far * pow(10, random_range(&r, -1, 1));
+            const KellerVec3 s = v3_madd(on_edge(w, met < 0 ? w->length + away : -away), x, near);
+            KellerVec3 p[RAYS];
+            for (int k = 0; k < RAYS; k++) { /* about one point of the wall */
+                const double turn = random_range(&r, -0.1, 0.1) + (double)(i % 6), out = far * random_range(&r, 0.9, 1.1);
+                p[k] = v3_madd(v3_madd(on_edge(w, met), x, out * cos(turn)), y, out * sin(turn));
+                p[k] = v3_madd(p[k], w->direction, (wall->offset - v3_dot(wall->normal, p[k])) / down);
+            }
+            Beam whole = draw_beam(w, wedge, s, p[0], &r);
+            if (!(whole.piece[0] < whole.piece[1])) continue;
+            KellerVec3 axis[3];
+            const KellerVec3 along = v3_unit(v3_sub(p[0], on_edge(w, 0.5 * (whole.piece[0] + whole.piece[1]))));
+            const double wide = 0.5 * v3_norm(v3_cross(along, w->direction));
+            window_axes(along, v3_perpendicular(along), axis);
+            whole.bundle.window = window_of(axis, &(Slopes){{-wide, -wide}, {wide, wide}});
+            Beam beam = whole;
+            const bool some = beam_narrow(&beam, &f.scene, face);
+            gone += !some;
+            narrowed += some && beam.piece[1] - beam.piece[0] < 0.9 * (whole.piece[1] - whole.piece[0]);
+            for (int k = 0; k < RAYS; k++) {
+                const double t = keller_place(w, s, p[k]);
+                const KellerVec3 d = v3_unit(v3_sub(p[k], on_edge(w, t)));
+                if (!(path_face_weight(&f.scene, face, p[k], -1, &triangle) > 0) || !(t >= whole.piece[0] && t <= whole.piece[1]) || !in_window(&whole.bundle.window, d, 0))
+                    continue;
+                rays++;
+                assert_true(some);
+                assert_true(t >= beam.piece[0] - 1e-12 && t <= beam.piece[1] + 1e-12);
+            }
+        }
+        tear_down(&f);
+    }
+    assert_true(rays > 20000 && narrowed > 100 && gone > 100);
+}
+
 static void edges_that_are_seen_are_not_hidden(void **state)
 {
     (void)state;
@@ -193,7 +247,8 @@ static void edges_that_are_seen_are_not_hidden(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rays_are_kept), cmocka_unit_test(edges_that_are_seen_are_not_hidden)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rays_are_kept), cmocka_unit_test(rays_along_the_edge_are_kept),
+                                       cmocka_unit_test(edges_that_are_seen_are_not_hidden)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
