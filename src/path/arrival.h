@@ -48,8 +48,8 @@ bool faces_between(const KellerScene *scene, const FaceBox *boxes, uint32_t firs
                    const double lit[2][2], double beyond);
 
 /* Keller's law at one: the wave's source is z[0] .. z[1] (m) along the edge from edge[0], and rho[0] .. rho[1] away from its line. on: the part
- * of the edge, m from edge[0], that rays leave for points zb[0] .. zb[1] along it and rb[0] .. rb[1] away; false: there is none. Of an edge too
- * short to tell all. */
+ * of the edge, m from edge[0], that rays leave for points zb[0] .. zb[1] along it and rb[0] .. rb[1] away; false: there is none. An edge too
+ * short to tell is not cut. */
 bool edge_part_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], const double zb[2],
                   const double rb[2], double on[2]);
 

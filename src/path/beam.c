@@ -6,8 +6,6 @@
 
 #include "base/number.h"
 
-enum { NARROW_TRIANGLES = 8 };  /* faces of more triangles are not cut at: it would take longer than what it saves */
-
 /* ---- windows ----------------------------------------------------------------------------------------------------- */
 
 Window window_of(const KellerVec3 axis[3], const Slopes *slopes)

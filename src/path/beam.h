@@ -5,7 +5,8 @@
 
 enum {
     SOURCES = 2,                /* of a bundle: one for a point, two for a piece of edge */
-    WINDOW_MOST = 8             /* corners of a window: as many as keller_cone_fan takes */
+    WINDOW_MOST = 8,            /* corners of a window: as many as keller_cone_fan takes */
+    NARROW_TRIANGLES = 8        /* to faces of more triangles nothing is cut: it would take longer than what it saves */
 };
 
 /* Sides and corners are trusted to this angle (radians): above KELLER_BOUNDARY_ANGLE and far above their rounding. A window is so

@@ -131,7 +131,7 @@ bool footprint_of(const CellGrid *g, const BundleTest *test, const KellerFace *m
     return footprint_cut(g, v3_scale(mirror->normal, -front), -front * mirror->offset + 4 * test->contact + slack, f);
 }
 
-/* The columns of [first, end) from x = low to high (m), [*from, *to): one more where rounding may have taken it away. */
+/* The columns of [first, end) from x = low to high (m), [*from, *to), and those a millionth of a step beside it: rounding takes none away. */
 static void columns_between(const CellGrid *g, double low, double high, uint32_t first, uint32_t end, uint32_t *from, uint32_t *to)
 {
     *from = *to = first;

@@ -5,7 +5,6 @@
 #include "path/arrival.h"
 #include "path/search.h"
 
-enum { NARROW_TRIANGLES = 8 };              /* of larger faces the corners are not looked at */
 static const double FAN_CELL = M_PI / 5;    /* widest cone of a fan, around the edge and along beta */
 static const double FLAT = 1e-3;            /* sine: where a flatter ray meets a plane is not asked */
 
@@ -108,7 +107,7 @@ static bool reach_of(const Beam *beam, const KellerScene *scene, uint32_t face, 
 
 bool beam_narrow(Beam *beam, const KellerScene *scene, uint32_t face)
 {
-    const double worth = 0.9;   /* of the piece of edge: less is not cut off */
+    const double worth = 0.9;   /* where more than that is left of the piece of edge, to cut the window anew would cost more than it spares */
     Bundle *b = &beam->bundle;
     if (!bundle_narrow(b, scene, face)) return false;
     if (b->source_count < 2 || !(v3_distance(b->source[0], b->source[1]) > 0)) return true;
