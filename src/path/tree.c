@@ -120,12 +120,12 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     const uint8_t after_face = l->plan->of[pattern_and(pattern, false)], after_wedge = l->plan->of[pattern_and(pattern, true)];
     /* pieces of an edge are different sources */
     const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(pattern) == 0 && pattern_length(pattern) > 0;
-    /* a map is asked where the cells that it leads to are */
+    /* where little follows from a point, to follow it costs less than to ask; a map is asked where its cells are */
     const bool edge = q->beam->bundle.source_count > 1, only_cells = l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE));
     for (uint32_t i = 0; i < q->faces && use & PLAN_FACE && !s->failed; i++) {
         Beam before, child;
         if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &before, &child)) continue;
-        if (!only_cells && way_to_face(s, &before, q->face[i].face).hidden) continue;
+        if ((edge || after_face & PLAN_BEYOND) && !only_cells && way_to_face(s, &before, q->face[i].face).hidden) continue;
         child.node = trie_child(&s->trie, q->beam->node, code_face(q->face[i].face));
         if (child.node == KELLER_NONE) {
             s->failed = true;
