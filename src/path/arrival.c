@@ -154,7 +154,8 @@ bool edge_part_to(const KellerScene *scene, const KellerVec3 edge[2], const doub
 {
     const double length = v3_distance(edge[0], edge[1]);
     const double far = fabs(zb[0]) + fabs(zb[1]) + rb[1]; /* the ends' rounding turns a short edge */
-    const double slack = 4 * (path_rounding(scene, edge[0]) + path_rounding(scene, edge[1])) * (1 + far / length);
+    /* of the two ends, and half as much for the points, which are in the scene and no less exact than these */
+    const double slack = 6 * (path_rounding(scene, edge[0]) + path_rounding(scene, edge[1])) * (1 + far / length);
     const double wide_z[2] = {zb[0] - slack, zb[1] + slack}, wide_r[2] = {greater(0, rb[0] - slack), rb[1] + slack};
     on[0] = -slack;
     on[1] = length + slack;
