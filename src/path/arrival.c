@@ -2,13 +2,10 @@
 
 #include <math.h>
 
-#include "base/number.h"
-
 static const double GRAZING = 1e-3; /* sine: where a flatter leg crosses a plane is not known well enough */
-static const double pad = 1e-5; /* of cotangents and of lengths along an edge: far above single precision */
 static const double square_slack = 16 * 0x1p-52; /* of a + t^2 c: rounding of a + t (b + t c), at most 12 units of 2^-53 of it */
 
-static float widened(double x, int side) { return (float)(x + side * pad * (1 + fabs(x))); }
+static float widened(double x, int side) { return (float)(x + side * arrival_pad * (1 + fabs(x))); }
 
 static KellerVec3 mirrored(const KellerScene *scene, const StepCode *codes, uint32_t begin, uint32_t end, KellerVec3 p)
 {
@@ -44,6 +41,20 @@ Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, Ke
     path_line_distances(w, a, b, &z_low, &z_high, &near, &far);
     double from = w->length * trie->nodes[node].lit[0] / LIT_WHOLE, to = w->length * trie->nodes[node].lit[1] / LIT_WHOLE;
     return (Arrival){{widened(from, -1), widened(to, 1)}, {widened(z_low, -1), widened(z_high, 1)}, {widened(near, -1), widened(far, 1)}};
+}
+
+Arrival arrival_of_all(const Arrival *arrival, uint32_t count)
+{
+    Arrival all = arrival[0];
+    for (uint32_t i = 1; i < count; i++) {
+        const float *from[3] = {arrival[i].lit, arrival[i].z, arrival[i].rho};
+        float *to[3] = {all.lit, all.z, all.rho};
+        for (int k = 0; k < 3; k++) {
+            if (from[k][0] < to[k][0]) to[k][0] = from[k][0];
+            if (from[k][1] > to[k][1]) to[k][1] = from[k][1];
+        }
+    }
+    return all;
 }
 
 /* Is the edge surely below the face with this normal of another? */
@@ -113,18 +124,6 @@ bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair)
     return true;
 }
 
-/* Between places za and zb at distances ra and rb of a line the shortest way over the line meets it at their mean, with the weights rb and
- * ra. Narrows `on` to where that may be; false: nowhere. */
-static bool narrow(const double za[2], const double ra[2], const double zb[2], const double rb[2], double on[2])
-{
-    double least = ra[0] + rb[1], most = ra[1] + rb[0], w[2] = {least > 0 ? ra[0] / least : 0, most > 0 ? ra[1] / most : 1};
-    double low = lesser(za[0] + w[0] * (zb[0] - za[0]), za[0] + w[1] * (zb[0] - za[0]));
-    double high = greater(za[1] + w[0] * (zb[1] - za[1]), za[1] + w[1] * (zb[1] - za[1]));
-    on[0] = greater(on[0], low - pad * (1 + fabs(low)));
-    on[1] = lesser(on[1], high + pad * (1 + fabs(high)));
-    return on[0] <= on[1];
-}
-
 bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other, double lit[2][2])
 {
     enum { ROUNDS = 2 };        /* more narrow little: the places hardly depend on one another */
@@ -144,7 +143,8 @@ bool edges_agree(const EdgePair *pair, const Arrival *one, const Arrival *other,
             const double rho[2] = {greater(0, sqrt(greater(0, least - slack)) - pair->rounding),
                                    sqrt(greater(0, greater(r0, r1)) + slack) + pair->rounding};
             const double from[2] = {me->z[0], me->z[1]}, away[2] = {greater(0, me->rho[0]), me->rho[1]};
-            if (!narrow(from, away, z, rho, lit[i])) return false;
+            narrow_between(from, away, z, rho, lit[i]);
+            if (!(lit[i][0] <= lit[i][1])) return false;
         }
     return true;
 }
@@ -159,14 +159,15 @@ bool edge_part_to(const KellerScene *scene, const KellerVec3 edge[2], const doub
     const double wide_z[2] = {zb[0] - slack, zb[1] + slack}, wide_r[2] = {greater(0, rb[0] - slack), rb[1] + slack};
     on[0] = -slack;
     on[1] = length + slack;
-    if (!(length > pad)) return true;
-    return narrow(z, rho, wide_z, wide_r, on);
+    if (!(length > arrival_pad)) return true;
+    narrow_between(z, rho, wide_z, wide_r, on);
+    return on[0] <= on[1];
 }
 
 bool edge_leads_to(const KellerScene *scene, const KellerVec3 edge[2], const double z[2], const double rho[2], KellerVec3 a, KellerVec3 b)
 {
     const double length = v3_distance(edge[0], edge[1]);
-    if (!(length > pad)) return true;
+    if (!(length > arrival_pad)) return true;
     const KellerWedge line = {.origin = edge[0], .direction = v3_scale(v3_sub(edge[1], edge[0]), 1 / length)};
     double zb[2], rb[2], on[2];
     path_line_distances(&line, a, b, &zb[0], &zb[1], &rb[0], &rb[1]);

@@ -1,6 +1,7 @@
 /* Can the wave that arrives at one edge go on to another? Conservative, and cheap enough for millions of pairs. */
 #ifndef KELLER_PATH_ARRIVAL_H
 #define KELLER_PATH_ARRIVAL_H
+#include "base/number.h"
 #include "path/sieve.h"
 #include "path/trie.h"
 
@@ -12,6 +13,8 @@ typedef struct {
 
 /* How the wave from the end comes to the last wedge of a sequence of the trie. */
 Arrival arrival_of(const KellerScene *scene, const Trie *trie, uint32_t node, KellerVec3 end);
+/* What holds for any of these, one at least. */
+Arrival arrival_of_all(const Arrival *arrival, uint32_t count);
 
 /* An edge, or its mirror image. */
 typedef struct {
@@ -34,6 +37,21 @@ typedef struct {
 
 /* False where no diffracted wave goes from the one to the other: they lie in one line, or one is outside the other's sector. */
 bool edge_pair(const EdgeImage *first, const EdgeImage *second, EdgePair *pair);
+
+/* Of cotangents and of lengths along an edge, relative and in m: far above single precision. */
+static const double arrival_pad = 1e-5;
+
+/* Between places za[0] .. za[1] along a line, ra[0] .. ra[1] away from it, and places zb at distances rb the shortest way over the line meets
+ * it at their mean, with the weights rb and ra. Narrows `on` to where that may be; on[0] > on[1]: nowhere. */
+static inline void narrow_between(const double za[2], const double ra[2], const double zb[2], const double rb[2], double on[2])
+{
+    const double tiny = 1e-300; /* of nothing and nothing the weights are 0 and 1 */
+    const double w[2] = {ra[0] / (ra[0] + rb[1] + tiny), (ra[1] + tiny) / (ra[1] + rb[0] + tiny)};
+    const double low = lesser(za[0] + w[0] * (zb[0] - za[0]), za[0] + w[1] * (zb[0] - za[0]));
+    const double high = greater(za[1] + w[0] * (zb[1] - za[1]), za[1] + w[1] * (zb[1] - za[1]));
+    on[0] = greater(on[0], low - arrival_pad * (1 + fabs(low)));
+    on[1] = lesser(on[1], high + arrival_pad * (1 + fabs(high)));
+}
 
 /* Keller's law at both: can a ray that arrives at the first edge as `one` says go on to where the second is lit, and back? lit[i]: in
  * which parts of the edges (m) it meets them then. */

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "path/edge_runs.h"
+
 enum { MOST = KELLER_MAX_BENDS };
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error)
@@ -157,57 +159,8 @@ static bool solve_pair(const Job *job, uint32_t forward, uint32_t backward, Path
     return sift_sequence(job, a + b, steps, common, list, work);
 }
 
-/* A run of sequences [begin, end) that agree in the steps from their last wedge on. */
-typedef struct {
-    uint32_t begin, end, wedge, faces, face[MOST];
-    EdgeImage line;             /* as seen where the two ends meet */
-} Tail;
-
-/* False: it has no wedge. */
-static bool tail_at(const Side *s, uint32_t index, Tail *tail)
-{
-    const TrieNode *nodes = s->ends->trie.nodes, *n = &nodes[s->ends->list.nodes[index]];
-    *tail = (Tail){.begin = index, .end = index};
-    for (; n != nodes; n = &nodes[n->parent]) {
-        tail->wedge = code_id(n->code);
-        if (code_is_wedge(n->code)) return true;
-        tail->face[tail->faces++] = code_id(n->code); /* the last one first */
-    }
-    return false;
-}
-
-/* All tails of the sequences [begin, end), which are sorted by them, mirrored but for the last `without` faces; NULL: out of memory. */
-static Tail *tails_of(const Side *s, const KellerScene *scene, uint32_t begin, uint32_t end, uint32_t without, uint32_t *count)
-{
-    uint32_t room = 0;
-    Tail *tails = NULL, next;
-    *count = 0;
-    for (uint32_t i = begin; i < end && tail_at(s, i, &next); i++) {
-        Tail *last = *count ? &tails[*count - 1] : NULL;
-        if (last && last->wedge == next.wedge && memcmp(last->face, next.face, sizeof next.face) == 0) {
-            last->end = i + 1;
-            continue;
-        }
-        if (*count == room) {
-            room = room ? 2 * room : 16;
-            Tail *grown = realloc(tails, room * sizeof *grown);
-            if (!grown) {
-                free(tails);
-                return NULL;
-            }
-            tails = grown;
-        }
-        uint32_t face[MOST], faces = next.faces - without;
-        for (uint32_t k = 0; k < faces; k++) face[k] = next.face[next.faces - 1 - k];
-        next.line = edge_image(scene, next.wedge, faces, face);
-        next.end = i + 1;
-        tails[(*count)++] = next;
-    }
-    return tails;
-}
-
-/* All pairs of two tails that agree at both wedges. */
-static bool solve_tails(const Job *job, const Tail *there, const Tail *back, PathList *list, JoinWork *work)
+/* All pairs of two runs that agree at both wedges. */
+static bool solve_runs(const Job *job, const EdgeRun *there, const EdgeRun *back, PathList *list, JoinWork *work)
 {
     const JoinLimits *l = job->limits;
     EdgePair pair;
@@ -215,12 +168,13 @@ static bool solve_tails(const Job *job, const Tail *there, const Tail *back, Pat
     if (!edge_pair(&there->line, &back->line, &pair)) return true;
     const uint32_t *vertex[2] = {l->scene->wedges[there->wedge].vertex, l->scene->wedges[back->wedge].vertex};
     if (job->on_leg && vertex[0][0] == vertex[1][0] && vertex[0][1] == vertex[1][1]) return true; /* one edge twice */
+    double lit[2][2];
+    if (!edges_agree(&pair, &there->all, &back->all, lit)) return true;
     for (uint32_t k = there->faces; k-- > 0;) face[faces++] = there->face[k];
     for (uint32_t k = !job->on_leg; k < back->faces; k++) face[faces++] = back->face[k];
     for (uint32_t m = there->begin; m < there->end; m++)
         for (uint32_t n = back->begin; n < back->end; n++) {
             const Arrival *a = &job->forward.ends->arrival[m], *b = &job->backward.ends->arrival[n];
-            double lit[2][2];
             if (!edges_agree(&pair, a, b, lit)) continue;
             if (!faces_between(l->scene, l->boxes, there->wedge, back->wedge, faces, face, lit, arrival_reach(a) + arrival_reach(b))) continue;
             if (!solve_pair(job, m, n, list, work)) return false;
@@ -230,29 +184,39 @@ static bool solve_tails(const Job *job, const Tail *there, const Tail *back, Pat
 
 /* Those of one group that meet between two wedges. */
 typedef struct {
-    Tail *there, *back;
-    uint32_t there_count, back_count;
-} Tails;
+    EdgeRuns there, back;
+} Runs;
 
-static bool tails_init(Tails *t, const Job *job, const Group *g)
+static bool runs_of(EdgeRuns *runs, const Job *job, const Side *s, uint32_t begin, uint32_t end, uint32_t without)
 {
-    const KellerScene *scene = job->limits->scene;
-    t->there = tails_of(&job->forward, scene, g->f0, g->f1, 0, &t->there_count);
-    t->back = tails_of(&job->backward, scene, g->b0, g->b1, !job->on_leg, &t->back_count);
-    return t->there && t->back;
+    return edge_runs_init(runs, job->limits->scene, &s->ends->trie, s->ends->list.nodes, s->ends->arrival, begin, end, without);
 }
 
-static void tails_free(Tails *t)
+static bool runs_init(Runs *r, const Job *job, const Group *g)
 {
-    free(t->there);
-    free(t->back);
+    *r = (Runs){0};
+    return runs_of(&r->there, job, &job->forward, g->f0, g->f1, 0) && runs_of(&r->back, job, &job->backward, g->b0, g->b1, !job->on_leg);
 }
 
-static bool solve_tail(const Job *job, const Tails *t, uint32_t there, PathList *list, JoinWork *work)
+static void runs_free(Runs *r)
 {
-    bool ok = true;
-    for (uint32_t i = 0; i < t->back_count && ok; i++) ok = solve_tails(job, &t->there[there], &t->back[i], list, work);
-    return ok;
+    edge_runs_free(&r->there);
+    edge_runs_free(&r->back);
+}
+
+/* One of the transmitter's with all of the receiver's. */
+static bool solve_run(const Job *job, const Runs *r, uint32_t index, PathList *list, JoinWork *work)
+{
+    const EdgeRun *there = &r->there.run[index];
+    const EdgeRuns *back = &r->back;
+    for (uint32_t begin = 0; begin < back->count; begin += EDGE_RUNS_BLOCK) {
+        double room[EDGE_RUNS_BLOCK];
+        const uint32_t count = back->count - begin < EDGE_RUNS_BLOCK ? back->count - begin : EDGE_RUNS_BLOCK;
+        edge_runs_led_to(there, back, begin, count, room);
+        for (uint32_t i = 0; i < count; i++)
+            if (!(room[i] < 0) && !solve_runs(job, there, &back->run[begin + i], list, work)) return false;
+    }
+    return true;
 }
 
 /* Those pairs of one group whose lit parts agree. */
@@ -261,10 +225,10 @@ static bool solve_group(const Job *job, const Group *g, PathList *list, JoinWork
     const Side *f = &job->forward, *b = &job->backward;
     bool ok = true;
     if (job->between) {
-        Tails tails;
-        ok = tails_init(&tails, job, g);
-        for (uint32_t i = 0; i < tails.there_count && ok; i++) ok = solve_tail(job, &tails, i, list, work);
-        tails_free(&tails);
+        Runs runs;
+        ok = runs_init(&runs, job, g);
+        for (uint32_t i = 0; i < runs.there.count && ok; i++) ok = solve_run(job, &runs, i, list, work);
+        runs_free(&runs);
         return ok;
     }
     const bool at_edge = code_is_wedge(last_code(f, g->f0));
@@ -281,13 +245,13 @@ typedef struct {
     bool ok;
 } Own;
 
-/* What one thread of a team does of the groups. tails: of the only group that meets on a leg. */
-static void solve_share(const Job *job, const Group *groups, size_t count, const Tails *tails, Own *own)
+/* What one thread of a team does of the groups. runs: of the only group that meets on a leg. */
+static void solve_share(const Job *job, const Group *groups, size_t count, const Runs *runs, Own *own)
 {
     if (job->on_leg) {
 #pragma omp for schedule(dynamic, 1) nowait
-        for (uint32_t i = 0; i < tails->there_count; i++)
-            if (own->ok) own->ok = solve_tail(job, tails, i, &own->list, &own->work);
+        for (uint32_t i = 0; i < runs->there.count; i++)
+            if (own->ok) own->ok = solve_run(job, runs, i, &own->list, &own->work);
     } else if (job->between) {
 #pragma omp for schedule(dynamic, 1) nowait
         for (size_t m = 0; m < count; m++)
@@ -311,15 +275,15 @@ static bool solve_groups(const Job *job, const Group *groups, size_t count, Path
         for (size_t m = 0; m < count && ok; m++) ok = solve_group(job, &groups[m], list, work);
         return ok;
     }
-    Tails tails = {0};
-    if (job->on_leg && !tails_init(&tails, job, groups)) {
-        tails_free(&tails);
+    Runs runs = {0};
+    if (job->on_leg && !runs_init(&runs, job, groups)) {
+        runs_free(&runs);
         return false;
     }
 #pragma omp parallel num_threads((int)threads)
     {
         Own own = {.ok = true};
-        solve_share(job, groups, count, &tails, &own);
+        solve_share(job, groups, count, &runs, &own);
 #pragma omp critical(keller_join)
         {
             ok = ok && own.ok && path_list_append(list, &own.list);
@@ -329,7 +293,7 @@ static bool solve_groups(const Job *job, const Group *groups, size_t count, Path
         }
         path_list_free(&own.list);
     }
-    tails_free(&tails);
+    runs_free(&runs);
     return ok;
 }
 

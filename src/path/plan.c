@@ -59,7 +59,7 @@ Meeting plan_meeting(Pattern pattern, uint32_t bends, bool alone)
     }
     if (best) return (Meeting){k - best, best};
     for (m = first, passed = 1; passed < wedges / 2 + 1;) passed += wedge_at(pattern, ++m);
-    if (wedges == 2 && m == k) m--;
+    if (wedges % 2 == 0) m--;
     return (Meeting){k + 1 - m, m};
 }
 

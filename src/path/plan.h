@@ -21,9 +21,9 @@ bool plan_asks(uint32_t reflections, uint32_t diffractions, Pattern pattern);
 
 /* Where the ends meet for a pattern of at least one step, of `bends` at most. A fan from a wedge costs more than anything else,
  * so the fewer the better. They meet on a leg between wedges that follow each other, so that neither end fans out from these, as
- * near to the middle of the wedges as there is one; else at a wedge; without wedges in the middle. Where of two wedges the transmitter sees
- * the first one directly, they meet at the face behind it: a fan of each end finds more quickly what it is reflected in than those of one
- * end find all wedges behind that. alone: the transmitter's side has all. */
+ * near to the middle of the wedges as there is one; else at the middle wedge, or, of an even number, at a face between the middle two: fans of
+ * both ends find more quickly what they are reflected in than one end's find all wedges behind that. Without wedges they meet in the middle.
+ * alone: the transmitter's side has all. */
 Meeting plan_meeting(Pattern pattern, uint32_t bends, bool alone);
 
 /* Is it better to search from the transmitter alone, and to sift all of its sequences for each receiver? A face or a wedge is found by cones in

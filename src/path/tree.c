@@ -9,10 +9,10 @@
 #include "path/arrival.h"
 
 enum {
-    MUCH = 24,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
-    MUCH_FIRST = 8,         /* from the end itself, where everything else multiplies on what is found, */
+    MUCH = 16,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
+    MUCH_FIRST = 12,        /* from the end itself, where everything else multiplies on what is found, */
     MUCH_LAST = 400,        /* where each is only a candidate, */
-    MUCH_FAN = 40,          /* and where it is, from an edge: such beams overlap */
+    MUCH_FAN = 40,          /* and where it is, straight from an edge: such beams overlap */
     FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
     PIECES = 2,             /* times that the piece of edge of a mirrored beam is halved: windows multiply with it */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
@@ -122,8 +122,10 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
     const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(pattern) == 0 && pattern_length(pattern) > 0;
     /* where little follows from a point, to follow it costs less than to ask; a map is asked where its cells are */
     const bool edge = q->beam->bundle.source_count > 1, only_cells = l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE));
+    const bool last_face = !l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE)), last_wedge = !l->cells && !(after_wedge & (PLAN_FACE | PLAN_WEDGE));
     for (uint32_t i = 0; i < q->faces && use & PLAN_FACE && !s->failed; i++) {
         Beam before, child;
+        if (last_face && trie_find(&s->trie, q->beam->node, code_face(q->face[i].face)) != KELLER_NONE) continue; /* that is all there is to find */
         if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &before, &child)) continue;
         if ((edge || after_face & PLAN_BEYOND) && !only_cells && way_to_face(s, &before, q->face[i].face).hidden) continue;
         child.node = trie_child(&s->trie, q->beam->node, code_face(q->face[i].face));
@@ -138,15 +140,17 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
         Piece piece;
         const KellerWedge *w = &l->scene->wedges[q->wedge[i]];
         if (!query_piece(q, q->wedge[i], &piece)) continue;
+        const double pad = 4 * l->scene->contact, from = (piece.from - pad) / w->length, to = (piece.to + pad) / w->length;
+        uint32_t node = trie_find(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
+        if (last_wedge && node != KELLER_NONE && trie_is_lit(&s->trie, node, from, to)) continue;
         const KellerVec3 a = v3_madd(w->origin, w->direction, piece.from), b = v3_madd(w->origin, w->direction, piece.to);
         if (edge && (!led_to(l->scene, q->beam, a, b) || edge_hidden(s, q->beam, a, b))) continue;
-        uint32_t node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
+        node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
         if (node == KELLER_NONE) {
             s->failed = true;
             break;
         }
-        const double whole = w->length, pad = 4 * l->scene->contact;
-        trie_light(&s->trie, node, (piece.from - pad) / whole, (piece.to + pad) / whole);
+        trie_light(&s->trie, node, from, to);
         if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
             const Bundle *in = &q->beam->bundle;
             PendingFan fan = {node, q->wedge[i], q->beam->mirror, q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0],
@@ -183,8 +187,9 @@ void search_next(Search *s, const Beam *beam)
     s->work.cones++;
     KellerVec3 across;
     double wide = window_width(&beam->bundle.window, &across);
+    const bool fan = beam->bundle.source_count > 1 && beam->wedge != KELLER_NONE;
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
-    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : beam->bundle.source_count > 1 ? MUCH_FAN : MUCH_LAST;
+    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : fan ? MUCH_FAN : MUCH_LAST;
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     /* a window narrower than the sources look wide from most things parts nothing from anything */
     if (sources_width(s, beam) == 0) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));

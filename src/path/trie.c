@@ -53,13 +53,27 @@ static bool rehash(Trie *t)
     return true;
 }
 
-uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
+/* The slot of the sequence, or the free one where it belongs. */
+static uint32_t find_slot(const Trie *t, uint32_t parent, StepCode code)
 {
     uint32_t s = slot_of(parent, code, t->slot_count);
     for (; t->slots[s]; s = (s + 1) & (t->slot_count - 1)) {
         const TrieNode *n = &t->nodes[t->slots[s]];
-        if (n->parent == parent && n->code == code) return t->slots[s];
+        if (n->parent == parent && n->code == code) break;
     }
+    return s;
+}
+
+uint32_t trie_find(const Trie *t, uint32_t parent, StepCode code)
+{
+    const uint32_t node = t->slots[find_slot(t, parent, code)];
+    return node ? node : KELLER_NONE;
+}
+
+uint32_t trie_child(Trie *t, uint32_t parent, StepCode code)
+{
+    const uint32_t s = find_slot(t, parent, code);
+    if (t->slots[s]) return t->slots[s];
     if (t->count == t->capacity) {
         if (t->capacity >= TRIE_MOST) return KELLER_NONE;
         TrieNode *nodes = realloc(t->nodes, 2 * (size_t)t->capacity * sizeof *nodes);
@@ -80,11 +94,25 @@ static void add_light(TrieNode *node, const uint16_t lit[2])
     if (lit[1] > node->lit[1]) node->lit[1] = lit[1];
 }
 
+static void lit_units(double from, double to, uint16_t lit[2])
+{
+    lit[0] = (uint16_t)floor(LIT_WHOLE * greater(0, lesser(1, from)));
+    lit[1] = (uint16_t)ceil(LIT_WHOLE * greater(0, lesser(1, to)));
+}
+
 void trie_light(Trie *t, uint32_t node, double from, double to)
 {
-    uint16_t lit[2] = {(uint16_t)floor(LIT_WHOLE * greater(0, lesser(1, from))),
-                       (uint16_t)ceil(LIT_WHOLE * greater(0, lesser(1, to)))};
+    uint16_t lit[2];
+    lit_units(from, to, lit);
     add_light(&t->nodes[node], lit);
+}
+
+bool trie_is_lit(const Trie *t, uint32_t node, double from, double to)
+{
+    const uint16_t *known = t->nodes[node].lit;
+    uint16_t lit[2];
+    lit_units(from, to, lit);
+    return known[0] <= lit[0] && known[1] >= lit[1];
 }
 
 uint32_t *trie_merge(Trie *into, const Trie *from)

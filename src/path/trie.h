@@ -51,11 +51,16 @@ bool trie_init(Trie *trie);
 void trie_free(Trie *trie);
 /* The sequence `parent` followed by `code`, added if new; KELLER_NONE: out of memory, or more than TRIE_MOST. */
 uint32_t trie_child(Trie *trie, uint32_t parent, StepCode code);
+/* The same, if it is there; else KELLER_NONE. */
+uint32_t trie_find(const Trie *trie, uint32_t parent, StepCode code);
 /* Adds all sequences of `from` to `into`; returns where each of from's nodes is now, [from->count], to be freed with free(), or NULL: out
  * of memory. */
 uint32_t *trie_merge(Trie *into, const Trie *from);
 /* The edge of the sequence's last wedge is met in this part of it too, from its start, as shares of its length. */
 void trie_light(Trie *trie, uint32_t node, double from, double to);
+
+/* Is that known already? */
+bool trie_is_lit(const Trie *trie, uint32_t node, double from, double to);
 
 /* The wanted sequences by pattern, those of one pattern sorted by their last step, then by the steps before. */
 typedef struct {

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "oracle_shortest.h"
-#include "path/arrival.h"
+#include "path/edge_runs.h"
 #include "path/shortest.h"
 #include "scenes.h"
 
@@ -113,13 +113,33 @@ static Arrival arrival_around(Random *r, const EdgeLine *line, KellerVec3 source
     return (Arrival){{bound[0][0], bound[0][1]}, {bound[1][0], bound[1][1]}, {fmaxf(0, bound[2][0]), bound[2][1]}};
 }
 
+/* How much room is left on the first edge of those places from which rays go on to where the second is lit (path/edge_runs.h), which is one of
+ * some: several are asked at a time. */
+static double room_towards(Random *r, const EdgeImage *first, const Arrival *one, const EdgeImage *second, const Arrival *other)
+{
+    enum { MANY = 9 };
+    double place[6][MANY], room[MANY];
+    const uint32_t count = 1 + random_below(r, MANY), begin = random_below(r, count), index = begin + random_below(r, count - begin);
+    EdgeRuns runs = {.count = count, .rounding = second->rounding, .end = {place[0], place[1], place[2], place[3], place[4], place[5]}};
+    for (uint32_t i = 0; i < count; i++)
+        for (int side = 0; side < 2; side++) {
+            const KellerVec3 p = i == index ? v3_madd(second->origin, second->direction, other->lit[side]) : draw_point(r, SIZE);
+            place[3 * side][i] = p.x;
+            place[3 * side + 1][i] = p.y;
+            place[3 * side + 2][i] = p.z;
+        }
+    const EdgeRun from = {.line = *first, .all = *one};
+    edge_runs_led_to(&from, &runs, begin, count - begin, room);
+    return room[index - begin];
+}
+
 /* The shortest way over two lines is never lost, wherever within their bounds edges and sources are; and where an edge is lit elsewhere,
  * most pairs are seen to have none. */
 static void narrowed_edges(void **state)
 {
     (void)state;
     Random r = random_seeded(5);
-    size_t rays = 0, narrowed = 0, elsewhere = 0, refused = 0;
+    size_t rays = 0, narrowed = 0, elsewhere = 0, refused = 0, led_nowhere = 0;
     for (int i = 0; i < 20000; i++) {
         Case c = draw_case(&r);
         double t[MOST], lit[2][2];
@@ -132,6 +152,7 @@ static void narrowed_edges(void **state)
         Arrival there = arrival_around(&r, &c.line[0], c.source, t[0]), back = arrival_around(&r, &c.line[1], c.target, t[1]);
         rays++;
         assert_true(edges_agree(&pair, &there, &back, lit));
+        assert_true(room_towards(&r, &image[0], &there, &image[1], &back) >= 0 && room_towards(&r, &image[1], &back, &image[0], &there) >= 0);
         for (int k = 0; k < 2; k++) {
             assert_true(lit[k][0] <= t[k] && t[k] <= lit[k][1]);
             const Arrival *a = k ? &back : &there;
@@ -142,8 +163,9 @@ static void narrowed_edges(void **state)
         there.lit[1] += shift;
         elsewhere++;
         refused += !edges_agree(&pair, &there, &back, lit);
+        led_nowhere += room_towards(&r, &image[0], &there, &image[1], &back) < 0;
     }
-    assert_true(rays > 10000 && narrowed > rays / 2 && refused > elsewhere / 4);
+    assert_true(rays > 10000 && narrowed > rays / 2 && refused > elsewhere / 4 && led_nowhere > elsewhere / 8 && led_nowhere <= refused);
 }
 
 /* Likewise where two long edges nearly touch, met close to there: what is left of their distance has lost most of its digits. */
@@ -182,6 +204,7 @@ static void edges_that_nearly_touch(void **state)
         if (!edge_pair(&image[0], &image[1], &pair)) continue;
         rays++;
         assert_true(edges_agree(&pair, &arrival[0], &arrival[1], lit));
+        for (int k = 0; k < 2; k++) assert_true(room_towards(&r, &image[k], &arrival[k], &image[1 - k], &arrival[1 - k]) >= 0);
         for (int k = 0; k < 2; k++) assert_true(lit[k][0] <= t[k] && t[k] <= lit[k][1]);
     }
     assert_true(rays > 5000);
