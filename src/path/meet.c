@@ -194,17 +194,13 @@ void query_free(Query *q)
     free(q->wedge);
 }
 
-void query_faces(Query *q)
+void query_scene(Query *q, bool faces, bool wedges)
 {
+    const TreeLimits *l = q->search->limits;
+    const bool targets = wedges && !faces && l->targets;
     KellerRange clip = {q->start_near, q->far};
-    keller_accel_cone(q->search->limits->accel, &q->cone, clip, visit_triangle, NULL, q, &q->search->work.accel);
-}
-
-void query_wedges(Query *q, const KellerAccel *accel)
-{
-    KellerRange clip = {q->start_near, q->far};
-    if (q->too_much || q->search->failed) return;
-    keller_accel_cone(accel, &q->cone, clip, NULL, visit_wedge, q, &q->search->work.accel);
+    keller_accel_cone(targets ? l->targets : l->accel, &q->cone, clip, faces ? visit_triangle : NULL, wedges ? visit_wedge : NULL, q,
+                      &q->search->work.accel);
 }
 
 bool query_piece(const Query *q, uint32_t wedge, Piece *piece)

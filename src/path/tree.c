@@ -70,13 +70,14 @@ void beam_pieces(const Beam *beam, Beam half[2])
     half[0].piece[1] = half[1].piece[0] = 0.5 * (beam->piece[0] + beam->piece[1]);
 }
 
-/* How wide the sources of a beam from an edge that was mirrored look from near things, as an angle: its window hides less than they do. (Before
- * the mirror the pieces that Keller's law asks for are short enough.) */
+/* How wide the sources of a beam from an edge that was mirrored look from near things, as an angle: its window hides less than they
+ * do. (Before the mirror the pieces that Keller's law asks for are short enough.) */
 static double sources_width(const Search *s, const Beam *beam)
 {
     const Bundle *b = &beam->bundle;
     const KellerScene *scene = s->limits->scene;
-    return b->source_count < 2 || beam->wedge != KELLER_NONE || beam->halved == PIECES ? 0 : v3_distance(b->source[0], b->source[1]) / (NEARBY * v3_distance(scene->lower, scene->upper));
+    if (b->source_count < 2 || beam->wedge != KELLER_NONE || beam->halved == PIECES) return 0;
+    return v3_distance(b->source[0], b->source[1]) / (NEARBY * v3_distance(scene->lower, scene->upper));
 }
 
 static void split(Search *s, const Beam *beam)
@@ -118,40 +119,44 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
 {
     const TreeLimits *l = s->limits;
     const uint8_t after_face = l->plan->of[pattern_and(pattern, false)], after_wedge = l->plan->of[pattern_and(pattern, true)];
+    const bool face_goes_on = after_face & (PLAN_FACE | PLAN_WEDGE), wedge_goes_on = after_wedge & (PLAN_FACE | PLAN_WEDGE);
+    const bool edge = q->beam->bundle.source_count > 1;
     /* pieces of an edge are different sources */
     const bool put_offs = !(after_face & PLAN_BEYOND) && pattern_wedges(pattern) == 0 && pattern_length(pattern) > 0;
     /* where little follows from a point, to follow it costs less than to ask; a map is asked where its cells are */
-    const bool edge = q->beam->bundle.source_count > 1, only_cells = l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE));
-    const bool last_face = !l->cells && !(after_face & (PLAN_FACE | PLAN_WEDGE)), last_wedge = !l->cells && !(after_wedge & (PLAN_FACE | PLAN_WEDGE));
+    const bool asks = (edge || after_face & PLAN_BEYOND) && (!l->cells || face_goes_on);
     for (uint32_t i = 0; i < q->faces && use & PLAN_FACE && !s->failed; i++) {
+        const uint32_t face = q->face[i].face;
+        const StepCode code = code_face(face);
         Beam before, child;
-        if (last_face && trie_find(&s->trie, q->beam->node, code_face(q->face[i].face)) != KELLER_NONE) continue; /* that is all there is to find */
+        if (!l->cells && !face_goes_on && trie_find(&s->trie, q->beam->node, code) != KELLER_NONE) continue; /* no more to find */
         if (q->face[i].near > q->far || !reflected(q, &q->face[i], l->scene, &before, &child)) continue;
-        if ((edge || after_face & PLAN_BEYOND) && !only_cells && way_to_face(s, &before, q->face[i].face).hidden) continue;
-        child.node = trie_child(&s->trie, q->beam->node, code_face(q->face[i].face));
+        if (asks && way_to_face(s, &before, face).hidden) continue;
+        child.node = trie_child(&s->trie, q->beam->node, code);
         if (child.node == KELLER_NONE) {
             s->failed = true;
             break;
         }
-        if (l->cells && after_face & PLAN_WANT) search_mirrored(s, &before, q->face[i].face, child.node);
-        if (after_face & (PLAN_FACE | PLAN_WEDGE) && (!put_offs || !put_off_beam(s, &child))) search_next(s, &child);
+        if (l->cells && after_face & PLAN_WANT) search_mirrored(s, &before, face, child.node);
+        if (face_goes_on && (!put_offs || !put_off_beam(s, &child))) search_next(s, &child);
     }
     for (uint32_t i = 0; i < q->wedges && !s->failed; i++) {
         Piece piece;
         const KellerWedge *w = &l->scene->wedges[q->wedge[i]];
+        const StepCode code = code_wedge(q->wedge[i]);
         if (!query_piece(q, q->wedge[i], &piece)) continue;
         const double pad = 4 * l->scene->contact, from = (piece.from - pad) / w->length, to = (piece.to + pad) / w->length;
-        uint32_t node = trie_find(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
-        if (last_wedge && node != KELLER_NONE && trie_is_lit(&s->trie, node, from, to)) continue;
+        uint32_t node = l->cells || wedge_goes_on ? KELLER_NONE : trie_find(&s->trie, q->beam->node, code);
+        if (node != KELLER_NONE && trie_is_lit(&s->trie, node, from, to)) continue;
         const KellerVec3 a = v3_madd(w->origin, w->direction, piece.from), b = v3_madd(w->origin, w->direction, piece.to);
         if (edge && (!led_to(l->scene, q->beam, a, b) || edge_hidden(s, q->beam, a, b))) continue;
-        node = trie_child(&s->trie, q->beam->node, code_wedge(q->wedge[i]));
+        node = trie_child(&s->trie, q->beam->node, code);
         if (node == KELLER_NONE) {
             s->failed = true;
             break;
         }
         trie_light(&s->trie, node, from, to);
-        if (after_wedge & (PLAN_FACE | PLAN_WEDGE) || (l->cells && after_wedge & PLAN_WANT)) {
+        if (wedge_goes_on || (l->cells && after_wedge & PLAN_WANT)) {
             const Bundle *in = &q->beam->bundle;
             PendingFan fan = {node, q->wedge[i], q->beam->mirror, q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0],
                               piece.from, piece.to};
@@ -187,16 +192,16 @@ void search_next(Search *s, const Beam *beam)
     s->work.cones++;
     KellerVec3 across;
     double wide = window_width(&beam->bundle.window, &across);
-    const bool fan = beam->bundle.source_count > 1 && beam->wedge != KELLER_NONE;
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
-    q.much = l->split_over ? l->split_over : few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : fan ? MUCH_FAN : MUCH_LAST;
+    bool fan = beam->bundle.source_count > 1 && beam->wedge != KELLER_NONE;
+    q.much = few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : fan ? MUCH_FAN : MUCH_LAST;
+    if (l->split_over) q.much = l->split_over;
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     /* a window narrower than the sources look wide from most things parts nothing from anything */
     if (sources_width(s, beam) == 0) least = greater(least, q.cone.x0 / (NEARBY * v3_distance(scene->lower, scene->upper)));
     q.may_split = !beam->whole && greater(wide, sources_width(s, beam)) > least;
     bool targets_only = l->targets && length + 1 == l->target_length && !(use & PLAN_FACE);
-    if (!targets_only) query_faces(&q);
-    if (use & PLAN_WEDGE) query_wedges(&q, targets_only ? l->targets : l->accel);
+    query_scene(&q, !targets_only, use & PLAN_WEDGE);
     if (q.too_much) {
         split(s, beam);
     } else {
