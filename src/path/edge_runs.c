@@ -11,8 +11,10 @@ static bool run_at(EdgeRun *run, const Trie *trie, const uint32_t *nodes, uint32
     const TrieNode *n = &trie->nodes[nodes[index]];
     *run = (EdgeRun){.begin = index, .end = index + 1};
     for (; n != trie->nodes; n = &trie->nodes[n->parent]) {
-        run->wedge = code_id(n->code);
-        if (code_is_wedge(n->code)) return true;
+        if (code_is_wedge(n->code)) {
+            run->wedge = code_id(n->code);
+            return true;
+        }
         run->face[run->faces++] = code_id(n->code);
     }
     return false;

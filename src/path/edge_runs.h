@@ -23,8 +23,7 @@ bool edge_runs_init(EdgeRuns *runs, const KellerScene *scene, const Trie *trie, 
                     uint32_t end, uint32_t without);
 void edge_runs_free(EdgeRuns *runs);
 
-enum { EDGE_RUNS_BLOCK = 128 };
-/* Keller's law at one edge: can rays that arrive at it go on to where those of the runs `begin` .. begin + count - 1 are lit, count <=
- * EDGE_RUNS_BLOCK? room[i] < 0: surely not to that of begin + i. What millions of pairs are asked first, several at a time. */
+/* Keller's law at one edge: can rays that arrive at it go on to where those of the runs `begin` .. begin + count - 1 are lit? room[i] < 0:
+ * surely not to that of begin + i. What millions of pairs are asked first, several at a time. */
 void edge_runs_led_to(const EdgeRun *from, const EdgeRuns *to, uint32_t begin, uint32_t count, double *room);
 #endif

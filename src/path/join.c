@@ -6,7 +6,10 @@
 
 #include "path/edge_runs.h"
 
-enum { MOST = KELLER_MAX_BENDS };
+enum {
+    MOST = KELLER_MAX_BENDS,
+    BLOCK = 128                 /* edges that are asked for at a time */
+};
 
 KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error)
 {
@@ -209,9 +212,9 @@ static bool solve_run(const Job *job, const Runs *r, uint32_t index, PathList *l
 {
     const EdgeRun *there = &r->there.run[index];
     const EdgeRuns *back = &r->back;
-    for (uint32_t begin = 0; begin < back->count; begin += EDGE_RUNS_BLOCK) {
-        double room[EDGE_RUNS_BLOCK];
-        const uint32_t count = back->count - begin < EDGE_RUNS_BLOCK ? back->count - begin : EDGE_RUNS_BLOCK;
+    for (uint32_t begin = 0; begin < back->count; begin += BLOCK) {
+        double room[BLOCK];
+        const uint32_t count = back->count - begin < BLOCK ? back->count - begin : BLOCK;
         edge_runs_led_to(there, back, begin, count, room);
         for (uint32_t i = 0; i < count; i++)
             if (!(room[i] < 0) && !solve_runs(job, there, &back->run[begin + i], list, work)) return false;
@@ -333,23 +336,28 @@ static void choose_meeting(Job *job, const Ends *forward, const Ends *backward, 
     assert(fewest != SIZE_MAX); /* plan_ends made the ends meet */
 }
 
+bool join_pattern(const JoinLimits *limits, const Ends *forward, const Ends *backward, Pattern pattern, KellerVec3 tx, KellerVec3 rx,
+                  PathList *list, JoinWork *work)
+{
+    Job job = {.limits = limits, .tx = tx, .rx = rx};
+    size_t group_count = 0;
+    choose_meeting(&job, forward, backward, pattern, &group_count);
+    if (group_count == 0) return true;
+    Group *groups = malloc(group_count * sizeof *groups);
+    if (!groups) return false;
+    if (job.on_leg || job.alone) groups[0] = (Group){job.forward.begin, job.forward.end, job.backward.begin, job.backward.end};
+    else count_pairs(&job.forward, &job.backward, groups, &group_count);
+    const bool ok = solve_groups(&job, groups, group_count, list, work);
+    free(groups);
+    return ok;
+}
+
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, KellerVec3 rx, PathList *list,
                        JoinWork *work, KellerError *error)
 {
     bool ok = solve_sequence(limits, tx, rx, 0, NULL, list, work); /* line of sight */
-    for (Pattern p = 2; p < 2u << limits->bends && ok; p++) {
-        if (!plan_asks(limits->reflections, limits->diffractions, p)) continue;
-        Job job = {.limits = limits, .tx = tx, .rx = rx};
-        size_t group_count = 0;
-        choose_meeting(&job, forward, backward, p, &group_count);
-        if (group_count == 0) continue;
-        Group *groups = malloc(group_count * sizeof *groups);
-        ok = groups != NULL;
-        if (ok && (job.on_leg || job.alone)) groups[0] = (Group){job.forward.begin, job.forward.end, job.backward.begin, job.backward.end};
-        else if (ok) count_pairs(&job.forward, &job.backward, groups, &group_count);
-        ok = ok && solve_groups(&job, groups, group_count, list, work);
-        free(groups);
-    }
+    for (Pattern p = 2; p < 2u << limits->bends && ok; p++)
+        if (plan_asks(limits->reflections, limits->diffractions, p)) ok = join_pattern(limits, forward, backward, p, tx, rx, list, work);
     return ok ? KELLER_OK : keller_error(error, KELLER_FAILED, "out of memory in the path solution");
 }
 

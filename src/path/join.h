@@ -32,6 +32,9 @@ typedef struct {
 /* Finds all paths from tx to rx and appends them to the list, in arbitrary order. KELLER_FAILED: memory. */
 KellerStatus join_ends(const JoinLimits *limits, const Ends *forward, const Ends *backward, KellerVec3 tx, KellerVec3 rx, PathList *list,
                        JoinWork *work, KellerError *error);
+/* The same for one pattern, for which the plans have made both ends meet. False: memory. */
+bool join_pattern(const JoinLimits *limits, const Ends *forward, const Ends *backward, Pattern pattern, KellerVec3 tx, KellerVec3 rx,
+                  PathList *list, JoinWork *work);
 /* The same where the candidates are known: the line of sight and the sequences known[begin .. end) of the trie. */
 KellerStatus join_known(const JoinLimits *limits, const Trie *trie, const CellCandidate *known, size_t begin, size_t end, KellerVec3 tx,
                         KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error);

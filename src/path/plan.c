@@ -58,8 +58,12 @@ Meeting plan_meeting(Pattern pattern, uint32_t bends, bool alone)
         best = i;
     }
     if (best) return (Meeting){k - best, best};
-    for (m = first, passed = 1; passed < wedges / 2 + 1;) passed += wedge_at(pattern, ++m);
-    if (wedges % 2 == 0) m--;
+    uint32_t before = first;
+    for (m = first, passed = 1; passed < wedges / 2 + 1;) {
+        before = wedge_at(pattern, m) ? m : before;
+        passed += wedge_at(pattern, ++m);
+    }
+    if (wedges % 2 == 0) m = (before + m + 1) / 2;
     return (Meeting){k + 1 - m, m};
 }
 
