@@ -95,8 +95,8 @@ void query_free(Query *q);
 bool query_blocked(const Query *q, uint32_t face, double *far);
 /* Do the beam's rays start in this plane: that of its mirror, or one of the faces at its edge? */
 bool query_starts_in(const Query *q, uint32_t plane);
-/* Collects the faces met, and q->far behind those that all rays meet, and the wedges met, where asked for, or sets too_much. Some of them may
- * lie behind q->far. */
+/* Collects the faces met, and q->far behind those that all rays meet, and the wedges met, where asked for, or sets too_much. Some wedges may
+ * lie behind q->far: query_piece leaves them out. */
 void query_scene(Query *q, bool faces, bool wedges);
 /* The part of a wedge met; false: none. */
 bool query_piece(const Query *q, uint32_t wedge, Piece *piece);

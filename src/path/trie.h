@@ -58,7 +58,7 @@ uint32_t trie_find(const Trie *trie, uint32_t parent, StepCode code);
 uint32_t *trie_merge(Trie *into, const Trie *from);
 /* The edge of the sequence's last wedge is met in this part of it too, from its start, as shares of its length. */
 void trie_light(Trie *trie, uint32_t node, double from, double to);
-/* Has trie_light been told so, or more, already? */
+/* Is all of this part known to be met already? */
 bool trie_is_lit(const Trie *trie, uint32_t node, double from, double to);
 
 /* The wanted sequences by pattern, those of one pattern sorted by their last step, then by the steps before. */
