@@ -25,6 +25,8 @@ typedef simde__m256d d4;
 static inline d4 d4_set1(double a) { return simde_mm256_set1_pd(a); }
 /* Lanes 0 to 3 from left to right. */
 static inline d4 d4_set(double a, double b, double c, double d) { return simde_mm256_set_pd(d, c, b, a); }
+/* Four doubles at any address. */
+static inline d4 d4_load(const double *p) { return simde_mm256_loadu_pd(p); }
 static inline void d4_store(double *p, d4 a) { simde_mm256_storeu_pd(p, a); }
 /* Rounded to single precision; 4 floats. */
 static inline void d4_store_floats(float *p, d4 a) { simde_mm_storeu_ps(p, simde_mm256_cvtpd_ps(a)); }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "base/simd.h"
 
 /* ---- windows ----------------------------------------------------------------------------------------------------- */
 
@@ -139,13 +140,20 @@ static double size_of(KellerVec3 v) { return fabs(v.x) + fabs(v.y) + fabs(v.z); 
 
 BundleTest bundle_test(const Bundle *b, const KellerScene *scene)
 {
-    BundleTest t = {.bundle = b, .rounding = path_rounding(scene, b->source[0]), .contact = 4 * scene->contact};
-    for (uint32_t j = 1; j < b->source_count; j++)
-        t.rounding = greater(t.rounding, path_rounding(scene, b->source[j]));
-    for (uint32_t i = 0; i < b->window.count; i++) {
-        t.support[i] = -INFINITY;
-        for (uint32_t j = 0; j < b->source_count; j++)
-            t.support[i] = greater(t.support[i], v3_dot(b->window.side[i], b->source[j]));
+    const Window *w = &b->window;
+    BundleTest t;
+    t.bundle = b;
+    t.rounding = path_rounding(scene, b->source[0]);
+    t.contact = 4 * scene->contact;
+    t.room = (w->count + 3) / 4 * 4;
+    for (uint32_t j = 1; j < b->source_count; j++) t.rounding = greater(t.rounding, path_rounding(scene, b->source[j]));
+    for (uint32_t i = 0; i < t.room; i++) {
+        const bool used = i < w->count;
+        const KellerVec3 side = used ? w->side[i] : v3(0, 0, 0), corner = w->corner[used ? i : 0];
+        t.side[0][i] = side.x, t.side[1][i] = side.y, t.side[2][i] = side.z;
+        t.corner[0][i] = corner.x, t.corner[1][i] = corner.y, t.corner[2][i] = corner.z;
+        t.support[i] = used ? -INFINITY : INFINITY;
+        for (uint32_t j = 0; j < b->source_count; j++) t.support[i] = greater(t.support[i], v3_dot(side, b->source[j]));
     }
     return t;
 }
@@ -170,13 +178,47 @@ static bool plane_through(KellerVec3 o, KellerVec3 a, KellerVec3 b, double round
     return true;
 }
 
-/* Is all of the bundle in front of the plane with this normal through the source and the edge from a on, and of what the
- * hull of v[0 .. count) is nothing? */
+static d4 dot4(const double v[3][WINDOW_MOST], uint32_t i, KellerVec3 p)
+{
+    return d4_add(d4_add(d4_mul(d4_load(&v[0][i]), d4_set1(p.x)), d4_mul(d4_load(&v[1][i]), d4_set1(p.y))),
+                  d4_mul(d4_load(&v[2][i]), d4_set1(p.z)));
+}
+
+/* On which side of the plane with this normal through the apex is all of the window: 1 in front of it, -1 behind, 0 neither? */
+static int window_beside(const BundleTest *t, KellerVec3 normal)
+{
+    d4 low = dot4(t->corner, 0, normal), high = low;
+    for (uint32_t i = 4; i < t->room; i += 4) {
+        const d4 at = dot4(t->corner, i, normal);
+        low = d4_min(low, at);
+        high = d4_max(high, at);
+    }
+    if (d4_mask(d4_lt(d4_set1(2 * WINDOW_PAD), low)) == 15) return 1;
+    return d4_mask(d4_lt(high, d4_set1(-2 * WINDOW_PAD))) == 15 ? -1 : 0;
+}
+
+/* Is some side's outer half-space, moved out to the sources, that of all the points? */
+static bool beyond_a_side(const BundleTest *t, uint32_t count, const KellerVec3 *v)
+{
+    d4 loose[3];
+    for (uint32_t j = 0; j < count; j++) loose[j] = d4_set1(slack(t, v[j]));
+    for (uint32_t i = 0; i < t->room; i += 4) {
+        const d4 support = d4_load(&t->support[i]);
+        d4 out = d4_lt(d4_add(support, loose[0]), dot4(t->side, i, v[0]));
+        for (uint32_t j = 1; j < count; j++) out = d4_and(out, d4_lt(d4_add(support, loose[j]), dot4(t->side, i, v[j])));
+        if (d4_mask(out)) return true;
+    }
+    return false;
+}
+
+/* Is all of the bundle in front of the plane with this normal through the source and the edge from a on, or behind it, and of what the hull of
+ * v[0 .. count) is nothing? */
 static bool parts(const BundleTest *t, KellerVec3 normal, KellerVec3 a, uint32_t count, const KellerVec3 *v)
 {
     const Bundle *b = t->bundle;
-    for (uint32_t k = 0; k < b->window.count; k++)
-        if (!(v3_dot(normal, b->window.corner[k]) > 2 * WINDOW_PAD)) return false;
+    const int beside = window_beside(t, normal);
+    if (beside == 0) return false;
+    if (beside < 0) normal = v3_scale(normal, -1);
     for (uint32_t j = 0; j < b->source_count; j++)
         if (!(v3_dot(normal, v3_sub(b->source[j], a)) >= -t->rounding)) return false;
     for (uint32_t k = 0; k < count; k++)
@@ -187,13 +229,7 @@ static bool parts(const BundleTest *t, KellerVec3 normal, KellerVec3 a, uint32_t
 bool bundle_misses(const BundleTest *t, uint32_t count, const KellerVec3 *v)
 {
     const Bundle *b = t->bundle;
-    double loose[3];
-    for (uint32_t j = 0; j < count; j++) loose[j] = slack(t, v[j]);
-    for (uint32_t i = 0; i < b->window.count; i++) {
-        bool out = true;
-        for (uint32_t j = 0; j < count && out; j++) out = v3_dot(b->window.side[i], v[j]) > t->support[i] + loose[j];
-        if (out) return true;
-    }
+    if (beyond_a_side(t, count, v)) return true;
     if (count == 3) { /* from a source on its plane a triangle is met at the source */
         KellerVec3 n = v3_cross(v3_sub(v[1], v[0]), v3_sub(v[2], v[0]));
         for (uint32_t j = 0; j < b->source_count; j++)
@@ -203,7 +239,7 @@ bool bundle_misses(const BundleTest *t, uint32_t count, const KellerVec3 *v)
         for (uint32_t i = 0; i < (count == 3 ? 3 : 1); i++) {
             KellerVec3 p = v[i], q = v[(i + 1) % count], n;
             if (!plane_through(b->source[j], p, q, t->rounding, &n)) continue;
-            if (parts(t, n, p, count, v) || parts(t, v3_scale(n, -1), p, count, v)) return true;
+            if (parts(t, n, p, count, v)) return true;
         }
     return false;
 }
