@@ -8,7 +8,8 @@
 /* From this half-angle on, boxes wholly inside the cone are common enough to look for (tangent). */
 #define CONTAINED_TAN 0.01
 
-typedef enum { ALL, NEAREST, ANY, WINDOW } Wanted;
+typedef enum { ALL, LOOSE, NEAREST, ANY, WINDOW } Wanted; /* LOOSE: all, and some that no exact test was asked about */
+static bool every(Wanted wanted) { return wanted == ALL || wanted == LOOSE; }
 
 /* What a window query has met so far; which of it lies in the window is known at the end. */
 enum { PENDING = 128 };
@@ -47,7 +48,7 @@ static inline void query(Query *q, const KellerAccel *a, const KellerCone *cone,
     q->thin = !cone_lanes_wide(&q->lanes);
     q->wanted = wanted;
     q->depth = 0;
-    q->exact = wanted != ALL;
+    q->exact = !every(wanted);
     q->seen = NULL;
     q->visit = q->visit_edge = NULL;
     q->context = NULL;
@@ -70,7 +71,7 @@ static double visit_all_on(const KellerAccel *a, KellerVisitCone visit, void *co
 /* A primitive that is met; returns the new far end of interest. */
 static double met(Query *q, uint32_t id, bool edge, KellerRange range)
 {
-    if (q->wanted == ALL) {
+    if (every(q->wanted)) {
         double far = edge ? visit_all_on(q->accel, q->visit_edge, q->context, id, range) : q->visit(q->context, id, range);
         q->found |= !edge;
         return lesser(q->clip.far, far);
@@ -119,7 +120,7 @@ static inline __attribute__((always_inline)) float finish(Query *q, uint32_t mas
     const EdgeBlock *edges = block;
     const uint32_t *ids = count == 3 ? triangles->id : edges->id;
     while (mask) {
-        int i = take(&mask, near, q->wanted != ALL);
+        int i = take(&mask, near, !every(q->wanted));
         uint32_t id = ids[i];
         if (id == KELLER_NONE || (double)near[i] > q->clip.far) continue;
         bool inside = contained >> i & 1;
@@ -129,7 +130,7 @@ static inline __attribute__((always_inline)) float finish(Query *q, uint32_t mas
             return -INFINITY;
         }
         /* the nearest, and what begins no farther, are told by their exact ranges */
-        if (!inside || q->exact) {
+        if ((!inside && q->wanted != LOOSE) || q->exact) {
             KellerVec3 v[3];
             if (count == 3) triangle_in(a, triangles, i, v);
             else edge_in(a, edges, i, v);
@@ -164,7 +165,7 @@ static inline float visit_triangles(Query *q, const TriangleBlock *block, bool i
             q->found = true;
             return -INFINITY;
         }
-        if (q->wanted != ALL && pierced) {
+        if (!every(q->wanted) && pierced) {
             double old = q->clip.far;
             for (; pierced; pierced &= pierced - 1) q->clip.far = lesser(q->clip.far, (double)at[__builtin_ctz(pierced)] + q->depth);
             if (q->clip.far < old) far = walk_far(q);
@@ -191,7 +192,7 @@ static float visit_leaf(void *context, uint32_t leaf, bool inside, float far)
     const KellerAccel *a = q->accel;
     if (q->visit_edge && a->edge_begin[leaf] < a->edge_begin[leaf + 1]) /* on their way while the triangles are tested */
         for (size_t i = 0; i < sizeof(EdgeBlock); i += 64) __builtin_prefetch((const char *)&a->edges[a->edge_begin[leaf]] + i);
-    if (a->triangles && (q->visit || q->wanted != ALL)) far = visit_triangles(q, &a->triangles[leaf], inside, far);
+    if (a->triangles && (q->visit || !every(q->wanted))) far = visit_triangles(q, &a->triangles[leaf], inside, far);
     if (!q->visit_edge) return far;
     for (uint32_t b = a->edge_begin[leaf]; b < a->edge_begin[leaf + 1] && far != -INFINITY; b++)
         far = visit_edges(q, &a->edges[b], far);
@@ -203,7 +204,7 @@ static void walk(Query *q)
     const KellerAccel *a = q->accel;
     Seen seen;
     if (!(q->clip.near <= q->clip.far)) return;
-    bool repeats = a->repeats && (q->wanted == ALL || q->wanted == WINDOW), thin = q->thin;
+    bool repeats = a->repeats && q->wanted != NEAREST && q->wanted != ANY, thin = q->thin;
     WalkHow how = a->how;
     KellerCone local;
     how.contained = a->contained ? a->contained > 0 : q->cone->tan_alpha > CONTAINED_TAN;
@@ -226,15 +227,27 @@ static void walk(Query *q)
     q->seen = NULL;
 }
 
-void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
-                       KellerVisitCone visit_edge, void *context, KellerAccelWork *work)
+static void visit_all(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, Wanted wanted, KellerVisitCone visit,
+                      KellerVisitCone visit_edge, void *context, KellerAccelWork *work)
 {
     Query q;
-    query(&q, accel, cone, clip, ALL, work);
+    query(&q, accel, cone, clip, wanted, work);
     q.visit = visit;
     q.visit_edge = visit_edge;
     q.context = context;
     walk(&q);
+}
+
+void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                       KellerVisitCone visit_edge, void *context, KellerAccelWork *work)
+{
+    visit_all(accel, cone, clip, ALL, visit, visit_edge, context, work);
+}
+
+void keller_accel_cone_loosely(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
+                               KellerVisitCone visit_edge, void *context, KellerAccelWork *work)
+{
+    visit_all(accel, cone, clip, LOOSE, visit, visit_edge, context, work);
 }
 
 bool keller_accel_cone_nearest(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerConeHit *hit,

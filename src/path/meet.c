@@ -72,16 +72,17 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     const KellerScene *scene = s->limits->scene;
     uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane;
     if (q->too_much) return -INFINITY;
-    if (s->stamp[face] == s->query) { /* whether the beam meets this part of the face too is no matter */
-        HitFace *h = &q->face[s->slot[face]];
-        h->near = lesser(h->near, range.near);
-        return q->far;
-    }
-    if (query_starts_in(q, plane)) return q->far;
+    HitFace *known = s->stamp[face] == s->query ? &q->face[s->slot[face]] : NULL;
+    if (known ? range.near >= known->near : query_starts_in(q, plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
-    if (behind_mirror(q, scene, 3, v)) return q->far;
-    if (bundle_misses(&q->test, 3, v)) return q->far;
+    if (behind_mirror(q, scene, 3, v) || bundle_misses(&q->test, 3, v)) return q->far;
+    range = keller_cone_triangle(&q->cone, v[0], v[1], v[2], (KellerRange){q->start_near, q->far}, NULL, NULL);
+    if (range.near > range.far) return q->far;
+    if (known) {
+        known->near = lesser(known->near, range.near);
+        return q->far;
+    }
     q->face = search_room(q->search, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
@@ -97,16 +98,17 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
 static bool arrives(const Bundle *beam, const KellerWedge *w)
 {
     if (beam->source_count > 1 && w->n < 1) return true; /* the outside is not convex: corners prove nothing */
+    if (beam->source_count == 1) {
+        KellerVec3 d = v3_sub(beam->source[0], w->origin);
+        d = v3_madd(d, w->direction, -v3_dot(d, w->direction));
+        return v3_norm(d) <= 1e-9 * (1 + v3_norm(beam->source[0])) || path_in_sector(w, d, 1e-6);
+    }
     bool all_behind_first = true, all_behind_second = true;
     double open = w->n * M_PI;
     KellerVec3 tn = v3_add(v3_scale(w->tangent0, cos(open)), v3_scale(w->normal0, sin(open)));
     KellerVec3 nn = v3_cross(tn, w->direction); /* normal of the n-face, into the sector */
     for (uint32_t i = 0; i < beam->source_count; i++) {
         KellerVec3 d = v3_sub(beam->source[i], w->origin);
-        if (beam->source_count == 1) {
-            d = v3_madd(d, w->direction, -v3_dot(d, w->direction));
-            return v3_norm(d) <= 1e-9 * (1 + v3_norm(beam->source[i])) || path_in_sector(w, d, 1e-6);
-        }
         double slack = 1e-6 * v3_norm(d);
         if (v3_dot(d, w->normal0) > -slack) all_behind_first = false;
         if (v3_dot(d, nn) > -slack) all_behind_second = false;
@@ -115,21 +117,41 @@ static bool arrives(const Bundle *beam, const KellerWedge *w)
     return !(all_behind_first && all_behind_second);
 }
 
+/* Keller's law: between two points the ray over an edge meets it in one place. Is that on the edge, and on a ray of the beam, or not to be
+ * told? */
+static bool leads_to_end(const Query *q, const KellerWedge *w)
+{
+    const double flat = 1e-3;   /* sine: where rays run more nearly along the edge, rounding moves the place too far */
+    const KellerVec3 end[2] = {q->beam->bundle.source[0], *q->search->limits->target_end};
+    double z[2], rho[2];
+    for (int i = 0; i < 2; i++) {
+        const KellerVec3 v = v3_sub(end[i], w->origin);
+        z[i] = v3_dot(v, w->direction);
+        rho[i] = v3_norm(v3_madd(v, w->direction, -z[i]));
+    }
+    const double pad = 4 * q->test.rounding, t = z[0] + (z[1] - z[0]) * (rho[0] / (rho[0] + rho[1])); /* as path_shortest has it */
+    if (!(rho[0] + rho[1] > flat * fabs(z[1] - z[0]))) return true;
+    const KellerVec3 p = v3_madd(w->origin, w->direction, t);
+    return t >= -pad && t <= w->length + pad && !bundle_misses(&q->test, 1, &p);
+}
+
 static double visit_wedge(void *context, uint32_t id, KellerRange range)
 {
     Query *q = context;
     const KellerScene *scene = q->search->limits->scene;
     const KellerWedge *w = &scene->wedges[id];
     if (q->too_much) return -INFINITY;
+    if (q->to_end && !leads_to_end(q, w)) return q->far;
     if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
     if (q->beam->wedge != KELLER_NONE) { /* the edge it fans out from, in whatever sector */
         const uint32_t *other = scene->wedges[q->beam->wedge].vertex;
         if (w->vertex[0] == other[0] && w->vertex[1] == other[1]) return q->far;
     }
     KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
-    (void)range;
     if (behind_mirror(q, scene, 2, ends)) return q->far;
     if (bundle_misses(&q->test, 2, ends) || !arrives(&q->beam->bundle, w)) return q->far;
+    range = keller_cone_edge(&q->cone, ends[0], ends[1], (KellerRange){q->start_near, q->far}, NULL, NULL);
+    if (range.near > range.far) return q->far;
     q->wedge = search_room(q->search, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
     if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
@@ -199,8 +221,9 @@ void query_scene(Query *q, bool faces, bool wedges)
     const TreeLimits *l = q->search->limits;
     const bool targets = wedges && !faces && l->targets;
     KellerRange clip = {q->start_near, q->far};
-    keller_accel_cone(targets ? l->targets : l->accel, &q->cone, clip, faces ? visit_triangle : NULL, wedges ? visit_wedge : NULL, q,
-                      &q->search->work.accel);
+    q->to_end = targets && l->target_end && q->beam->bundle.source_count == 1;
+    keller_accel_cone_loosely(targets ? l->targets : l->accel, &q->cone, clip, faces ? visit_triangle : NULL, wedges ? visit_wedge : NULL, q,
+                              &q->search->work.accel);
 }
 
 bool query_piece(const Query *q, uint32_t wedge, Piece *piece)

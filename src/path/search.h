@@ -71,6 +71,7 @@ typedef struct {
     double far;                     /* nothing beyond this can be seen */
     Slabs slabs;
     bool may_split, too_much;
+    bool to_end;                /* the wedges asked for are the limits' targets, from which rays are to go on to the point that sees them */
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
     HitFace *face;

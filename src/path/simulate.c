@@ -388,6 +388,7 @@ static KellerStatus search_forward(Simulation *s, bool alone, KellerError *error
     s->backward.plan = &s->plan[1];
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
+    s->backward.target_end = &c->transmitters[s->tx].station.position;
     if (status == KELLER_OK && !alone) status = ends_search(&s->forward, &forward, tx, s->work->threads, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
