@@ -34,7 +34,13 @@ static void lay_ellipse(KellerCone *c, size_t count, const double (*xy)[2], doub
         yy += xy[i][1] * xy[i][1];
         xy_sum += xy[i][0] * xy[i][1];
     }
-    double angle = 0.5 * atan2(2 * xy_sum, xx - yy), co = cos(angle), si = sin(angle), a = 0, b = 0;
+    double p = xx - yy, q = 2 * xy_sum, r = length2(p, q), a = 0, b = 0; /* the axes are turned by half the angle of (p, q) */
+    double co = r > 0 ? sqrt(0.5 * (1 + fabs(p) / r)) : 1, si = r > 0 ? 0.5 * q / (r * co) : 0;
+    if (p < 0) {
+        double t = co;
+        co = fabs(si);
+        si = copysign(t, q);
+    }
     for (size_t i = 0; i < count; i++) {
         a = greater(a, fabs(co * xy[i][0] + si * xy[i][1]));
         b = greater(b, fabs(-si * xy[i][0] + co * xy[i][1]));

@@ -142,14 +142,14 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     const KellerWedge *w = &scene->wedges[id];
     if (q->too_much) return -INFINITY;
     if (q->to_end && !leads_to_end(q, w)) return q->far;
-    if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
+    const KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
+    if (behind_mirror(q, scene, 2, ends)) return q->far;
     if (q->beam->wedge != KELLER_NONE) { /* the edge it fans out from, in whatever sector */
         const uint32_t *other = scene->wedges[q->beam->wedge].vertex;
         if (w->vertex[0] == other[0] && w->vertex[1] == other[1]) return q->far;
     }
-    KellerVec3 ends[2] = {w->origin, v3_madd(w->origin, w->direction, w->length)};
-    if (behind_mirror(q, scene, 2, ends)) return q->far;
     if (bundle_misses(&q->test, 2, ends) || !arrives(&q->beam->bundle, w)) return q->far;
+    if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
     range = keller_cone_edge(&q->cone, ends[0], ends[1], (KellerRange){q->start_near, q->far}, NULL, NULL);
     if (range.near > range.far) return q->far;
     q->wedge = search_room(q->search, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
