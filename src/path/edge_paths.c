@@ -42,7 +42,7 @@ static bool take_sequences(const Trie *trie, const TreePlan *plan, const KellerS
     if (!trie_list(trie, plan->of, &list)) return false;
     ways->way = calloc((size_t)list.count + 1, sizeof *ways->way);
     if (!ways->way) {
-        free(list.nodes);
+        trie_list_free(&list);
         return false;
     }
     ways->count = list.count;
@@ -54,7 +54,7 @@ static bool take_sequences(const Trie *trie, const TreePlan *plan, const KellerS
         way->wedge = code_id(codes[way->count]);
         memcpy(way->face, codes, way->count * sizeof *codes);
     }
-    free(list.nodes);
+    trie_list_free(&list);
     qsort(ways->way, ways->count, sizeof *ways->way, by_wedge);
     return true;
 }

@@ -34,7 +34,7 @@ KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, u
 
 void ends_free(Ends *ends)
 {
-    free(ends->list.nodes);
+    trie_list_free(&ends->list);
     free(ends->arrival);
     trie_free(&ends->trie);
     memset(ends, 0, sizeof *ends);
@@ -53,7 +53,7 @@ static Side side_of(const Ends *ends, Pattern pattern)
     return s;
 }
 
-static StepCode last_code(const Side *s, uint32_t i) { return s->ends->trie.nodes[s->ends->list.nodes[i]].code; }
+static StepCode last_code(const Side *s, uint32_t i) { return s->ends->list.last[i]; }
 
 /* The end of the run of equal last steps that begins at i. */
 static uint32_t run_end(const Side *s, uint32_t i)

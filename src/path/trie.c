@@ -147,15 +147,27 @@ static int compare(const void *pa, const void *pb, void *context)
 
 bool trie_list(const Trie *t, const uint8_t *plan, TrieList *list)
 {
-    *list = (TrieList){NULL, 0};
+    *list = (TrieList){0};
     for (uint32_t i = 1; i < t->count; i++) list->count += plan[t->nodes[i].pattern] & PLAN_WANT;
-    list->nodes = malloc((list->count + 1) * sizeof(uint32_t));
-    if (!list->nodes) return false;
+    list->nodes = malloc((list->count + 1) * sizeof *list->nodes);
+    list->last = malloc((list->count + 1) * sizeof *list->last);
+    if (!list->nodes || !list->last) {
+        trie_list_free(list);
+        return false;
+    }
     uint32_t n = 0;
     for (uint32_t i = 1; i < t->count; i++)
         if (plan[t->nodes[i].pattern] & PLAN_WANT) list->nodes[n++] = i;
     qsort_r(list->nodes, n, sizeof(uint32_t), compare, (void *)(uintptr_t)t);
+    for (uint32_t i = 0; i < n; i++) list->last[i] = t->nodes[list->nodes[i]].code;
     return true;
+}
+
+void trie_list_free(TrieList *list)
+{
+    free(list->nodes);
+    free(list->last);
+    *list = (TrieList){0};
 }
 
 /* The first place in the list whose pattern is not below. */

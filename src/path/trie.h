@@ -64,11 +64,13 @@ bool trie_is_lit(const Trie *trie, uint32_t node, double from, double to);
 /* The wanted sequences by pattern, those of one pattern sorted by their last step, then by the steps before. */
 typedef struct {
     uint32_t *nodes;
+    StepCode *last;             /* of each: its last step */
     uint32_t count;
 } TrieList;
 /* All sequences whose pattern the plan (as in TreePlan) wants, sorted by pattern, and so on as above; false: out of memory. Free
- * with free(list->nodes). */
+ * with trie_list_free. */
 bool trie_list(const Trie *trie, const uint8_t *plan, TrieList *list);
+void trie_list_free(TrieList *list);
 /* The part of a list that has this pattern: [*begin, the returned end). */
 uint32_t trie_run(const Trie *trie, const TrieList *list, Pattern pattern, uint32_t *begin);
 /* Writes the steps of a sequence, first to last; returns its length. */
