@@ -5,30 +5,63 @@
 #include <string.h>
 
 #include "path/edge_runs.h"
+#include "path/lit.h"
 
 enum {
     MOST = KELLER_MAX_BENDS,
     BLOCK = 128                 /* edges that are asked for at a time */
 };
 
-KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work, KellerError *error)
+/* Narrows what is known to be lit of the first edges, of which so far only that was left out which is hidden from all of a beam. */
+static void cast_shadows(Trie *trie, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work)
+{
+    uint64_t nodes = 0, triangles = 0;
+#pragma omp parallel for num_threads((int)threads) schedule(dynamic, 64) reduction(+ : nodes, triangles)
+    for (uint32_t i = 1; i < trie->count; i++) {
+        const Pattern pattern = trie->nodes[i].pattern;
+        if (!(pattern & 1) || pattern_wedges(pattern) != 1) continue;
+        StepCode codes[MOST];
+        const uint32_t faces = trie_steps(trie, i, codes) - 1, wedge = code_id(codes[faces]);
+        const double length = limits->scene->wedges[wedge].length;
+        double lit[2];
+        KellerAccelWork own = {0};
+        trie_lit(trie, i, lit);
+        double from = length * lit[0], to = length * lit[1];
+        if (lit_way(limits, end, faces, codes, wedge, &from, &to, &own)) trie_dim(trie, i, from / length, to / length);
+        else trie_dim(trie, i, 1, 0);
+        nodes += own.nodes;
+        triangles += own.triangles;
+    }
+    work->accel.nodes += nodes;
+    work->accel.triangles += triangles;
+}
+
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, bool shadows, TreeWork *work, KellerError *error)
 {
     memset(ends, 0, sizeof *ends);
     ends->limits = *limits;
     KellerStatus status = tree_search(limits, end, threads, &ends->trie, NULL, work, error);
     if (status != KELLER_OK) return status;
     const Trie *trie = &ends->trie;
+    if (shadows) cast_shadows(&ends->trie, limits, end, threads, work);
     bool ok = trie_list(trie, limits->plan->of, &ends->list);
     ends->arrival = ok ? malloc((ends->list.count + 1) * sizeof *ends->arrival) : NULL;
     if (!ends->arrival) {
         ends_free(ends);
         return keller_error(error, KELLER_FAILED, TRIE_FULL);
     }
+    uint32_t count = 0;
     for (uint32_t i = 0; i < ends->list.count; i++) {
         uint32_t node = ends->list.nodes[i];
         while (node != 0 && !code_is_wedge(trie->nodes[node].code)) node = trie->nodes[node].parent;
-        if (node != 0) ends->arrival[i] = arrival_of(limits->scene, trie, node, end);
+        double lit[2] = {0, 1};
+        if (node != 0) trie_lit(trie, node, lit);
+        if (lit[0] > lit[1]) continue;
+        if (node != 0) ends->arrival[count] = arrival_of(limits->scene, trie, node, end);
+        ends->list.nodes[count] = ends->list.nodes[i];
+        ends->list.last[count++] = ends->list.last[i];
     }
+    ends->list.count = count;
     return KELLER_OK;
 }
 

@@ -21,12 +21,13 @@ typedef struct {
 
 typedef struct {
     const KellerScene *scene;
-    const KellerFace *mirror;   /* NULL: none */
-    const KellerWedge *wedge;
+    const KellerFace *mirror;   /* that the leg starts from, NULL: none */
+    const KellerFace *next;     /* that it ends in, NULL: it ends in the edge; else the edge is an image behind it */
+    const KellerWedge *wedge;   /* or its image */
     KellerVec3 source, across, normal;  /* across: from the source to the edge's line; normal to it and to the edge */
     double distance, z;         /* m: from the source to the edge's line, and where along it the source is */
     double touch, flat, sine;   /* m: nearer to the ends of a leg nothing hides; nearer to the plane things are in it. Of the flattest ray */
-    double side;                /* sign of the mirror's side that the source is on */
+    double side, next_side;     /* sign of the mirrors' sides that the source is on */
     bool slabs;                 /* may be passed through */
     uint32_t count[2];          /* of shadows: of a plane moved a little to either side */
     Shadow (*shadow)[SHADOWS_MOST];     /* [2] */
@@ -56,6 +57,8 @@ static void add_shadow(Sight *s, int side, KellerVec3 p[2], uint64_t on[2], doub
     double rho[2], z[2];
     for (int i = 0; i < 2 && s->mirror; i++) rho[i] = -s->side * (v3_dot(s->mirror->normal, p[i]) - s->mirror->offset) - s->touch;
     if (s->mirror && !path_cut(p, rho[0], rho[1])) return;
+    for (int i = 0; i < 2 && s->next; i++) rho[i] = s->next_side * (v3_dot(s->next->normal, p[i]) - s->next->offset) - s->touch;
+    if (s->next && !path_cut(p, rho[0], rho[1])) return;
     const double near = greater(s->touch, NEAREST * s->distance);
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(s->across, v3_sub(p[i], s->source));
     if (!path_cut(p, rho[0] - near, rho[1] - near)) return;
@@ -79,7 +82,8 @@ static double visit(void *context, uint32_t id, KellerRange range)
     (void)range;
     const KellerScene *scene = s->scene;
     const uint32_t face = scene->triangle_face[id], plane = scene->faces[face].plane, *t = scene->triangles[id];
-    if (path_wedge_in_plane(scene, s->wedge, plane) || (s->mirror && s->mirror->plane == plane)) return INFINITY;
+    if (s->next ? s->next->plane == plane : path_wedge_in_plane(scene, s->wedge, plane)) return INFINITY;
+    if (s->mirror && s->mirror->plane == plane) return INFINITY;
     if (s->slabs && path_lets_through(scene, face)) return INFINITY;
     double h[3], blur;
     int in_plane = 0;
@@ -121,25 +125,36 @@ static double first_lit(uint32_t count, const Shadow *shadow, double at, int way
     return at - way * slack;
 }
 
-bool lit_part(const TreeLimits *limits, KellerVec3 source, uint32_t mirror, uint32_t wedge, double *from, double *to, KellerAccelWork *work)
+/* Signs of which side of the face's plane the point is on; false: too near to tell. */
+static bool side_of(const KellerFace *f, KellerVec3 p, double touch, double *side)
+{
+    const double height = v3_dot(f->normal, p) - f->offset;
+    *side = height > 0 ? 1 : -1;
+    return fabs(height) > touch;
+}
+
+/* One leg: `mirror` and `next` as in Sight, `mirrors` on the whole way. */
+static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFace *mirror, const KellerFace *next, const KellerWedge *w,
+                    uint32_t mirrors, double *from, double *to, KellerAccelWork *work)
 {
     const KellerScene *scene = limits->scene;
-    const KellerWedge *w = &scene->wedges[wedge];
     Shadow shadow[2][SHADOWS_MOST]; /* not cleared: most edges have few */
-    Sight s = {.scene = scene, .mirror = mirror != KELLER_NONE ? &scene->faces[mirror] : NULL, .wedge = w, .source = source,
-               .slabs = limits->transmissions > 0, .touch = 4 * scene->contact, .shadow = shadow};
+    Sight s = {.scene = scene, .mirror = mirror, .next = next, .wedge = w, .source = source, .slabs = limits->transmissions > 0,
+               .touch = 4 * scene->contact, .shadow = shadow};
     KellerVec3 v = v3_sub(w->origin, source);
     s.z = -v3_dot(v, w->direction);
     v = v3_madd(v, w->direction, s.z);
     s.distance = v3_norm(v);
-    const double reach = hypot(s.distance, greater(fabs(*from - s.z), fabs(*to - s.z))), rounding = path_rounding(scene, source);
+    const double reach = hypot(s.distance, greater(fabs(*from - s.z), fabs(*to - s.z))), rounding = (mirrors + 1) * path_rounding(scene, source);
     s.sine = s.distance / reach;
     s.flat = 4 * (rounding + KELLER_BOUNDARY_ANGLE * reach);
     if (!(s.sine > GRAZING) || !(s.distance > 4 * s.touch)) return true;
-    if (s.mirror) {
-        double height = v3_dot(s.mirror->normal, source) - s.mirror->offset;
-        if (!(fabs(height) > s.touch)) return true;
-        s.side = height > 0 ? 1 : -1;
+    if (s.mirror && !side_of(s.mirror, source, s.touch, &s.side)) return true;
+    if (s.next) {
+        double beyond[2];
+        const bool told = side_of(s.next, source, s.touch, &s.next_side) && side_of(s.next, v3_madd(w->origin, w->direction, *from), s.touch, &beyond[0]) &&
+                          side_of(s.next, v3_madd(w->origin, w->direction, *to), s.touch, &beyond[1]);
+        if (!told || beyond[0] == s.next_side || beyond[1] == s.next_side) return true;
     }
     s.across = v3_scale(v, 1 / s.distance);
     s.normal = v3_cross(s.across, w->direction);
@@ -163,4 +178,22 @@ bool lit_part(const TreeLimits *limits, KellerVec3 source, uint32_t mirror, uint
     *from = greater(*from, first);
     *to = lesser(*to, last);
     return *from <= *to;
+}
+
+bool lit_way(const TreeLimits *limits, KellerVec3 end, uint32_t count, const uint32_t *face, uint32_t wedge, double *from, double *to,
+             KellerAccelWork *work)
+{
+    const KellerScene *scene = limits->scene;
+    KellerVec3 image[KELLER_MAX_BENDS + 1] = {end};
+    KellerWedge line = scene->wedges[wedge];
+    for (uint32_t i = 0; i < count; i++) image[i + 1] = v3_mirror_point(image[i], scene->faces[face[i]].normal, scene->faces[face[i]].offset);
+    for (uint32_t leg = count + 1; leg-- > 0;) { /* the last one first: it hides most */
+        const KellerFace *next = leg < count ? &scene->faces[face[leg]] : NULL;
+        if (next) {
+            line.origin = v3_mirror_point(line.origin, next->normal, next->offset);
+            line.direction = v3_mirror_direction(line.direction, next->normal);
+        }
+        if (!lit_leg(limits, image[leg], leg > 0 ? &scene->faces[face[leg - 1]] : NULL, next, &line, count, from, to, work)) return false;
+    }
+    return true;
 }

@@ -34,8 +34,8 @@ typedef struct {
 
 /* The parts of the edge of a sequence's last wedge that are lit from one source, together. */
 typedef struct {
-    uint32_t node, wedge, mirror, passed;
-    KellerVec3 source;          /* an image behind the mirror, if there is one */
+    uint32_t node, wedge, passed;
+    KellerVec3 source;          /* the end, or its image behind the last mirror */
     double from, to;            /* m along the edge */
 } PendingFan;
 

@@ -84,7 +84,7 @@ static KellerStatus run_receiver(Simulation *s, uint32_t rx, const Part *part, s
     KellerStatus status = KELLER_OK;
     double start = omp_get_wtime();
     if (isnan(to.z)) return KELLER_OK; /* a cell that has no surface below */
-    if (!part && !join.alone) status = ends_search(&backward, &s->backward, to, threads, &tree_work, error);
+    if (!part && !join.alone) status = ends_search(&backward, &s->backward, to, threads, join.diffractions > 1, &tree_work, error);
     if (status != KELLER_OK) return status;
     double middle = omp_get_wtime();
     if (part) {
@@ -389,7 +389,7 @@ static KellerStatus search_forward(Simulation *s, bool alone, KellerError *error
     forward.targets = s->seen_by_rx;
     s->backward.targets = s->seen_by_tx;
     s->backward.target_end = &c->transmitters[s->tx].station.position;
-    if (status == KELLER_OK && !alone) status = ends_search(&s->forward, &forward, tx, s->work->threads, &work, error);
+    if (status == KELLER_OK && !alone) status = ends_search(&s->forward, &forward, tx, s->work->threads, s->join.diffractions > 1, &work, error);
     s->work->seconds_search += omp_get_wtime() - start;
     s->work->cones += work.cones;
     s->work->nodes += work.accel.nodes;

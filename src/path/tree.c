@@ -158,7 +158,7 @@ static void go_on(Search *s, const Query *q, uint8_t use, Pattern pattern)
         trie_light(&s->trie, node, from, to);
         if (wedge_goes_on || (l->cells && after_wedge & PLAN_WANT)) {
             const Bundle *in = &q->beam->bundle;
-            PendingFan fan = {node, q->wedge[i], q->beam->mirror, q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0],
+            PendingFan fan = {node, q->wedge[i], q->beam->passed + slabs_before(&q->slabs, piece.near), in->source[0],
                               piece.from, piece.to};
             if (in->source_count == 1) put_off_fan(s, &fan);
             else search_fan(s, node, fan.wedge, fan.from, fan.to, 2, in->source, fan.passed);

@@ -115,6 +115,19 @@ bool trie_is_lit(const Trie *t, uint32_t node, double from, double to)
     return known[0] <= lit[0] && known[1] >= lit[1];
 }
 
+void trie_lit(const Trie *t, uint32_t node, double lit[2])
+{
+    for (int k = 0; k < 2; k++) lit[k] = (double)t->nodes[node].lit[k] / LIT_WHOLE;
+}
+
+void trie_dim(Trie *t, uint32_t node, double from, double to)
+{
+    const uint16_t none[2] = {LIT_WHOLE, 0};
+    uint16_t lit[2];
+    lit_units(from, to, lit);
+    memcpy(t->nodes[node].lit, from <= to ? lit : none, sizeof lit);
+}
+
 uint32_t *trie_merge(Trie *into, const Trie *from)
 {
     uint32_t *map = malloc(from->count * sizeof *map);

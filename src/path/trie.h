@@ -58,6 +58,10 @@ uint32_t trie_find(const Trie *trie, uint32_t parent, StepCode code);
 uint32_t *trie_merge(Trie *into, const Trie *from);
 /* The edge of the sequence's last wedge is met in this part of it too, from its start, as shares of its length. */
 void trie_light(Trie *trie, uint32_t node, double from, double to);
+/* The part that is, as shares; lit[0] > lit[1]: none. */
+void trie_lit(const Trie *trie, uint32_t node, double lit[2]);
+/* It is no more than this part; from > to: none. */
+void trie_dim(Trie *trie, uint32_t node, double from, double to);
 /* Is all of this part known to be met already? */
 bool trie_is_lit(const Trie *trie, uint32_t node, double from, double to);
 

@@ -65,7 +65,7 @@ static void join_all(const Place *at, Pattern pattern, uint32_t transmissions, u
         plan_uses(&plan[i]);
         const TreeLimits limits = {.scene = &at->scene, .accel = at->accel, .plan = &plan[i], .transmissions = transmissions,
                                    .interactions = k + transmissions, .tan_aperture = tan(aperture), .split_over = 4};
-        assert_int_equal(ends_search(&ends[i], &limits, i ? at->rx : at->tx, threads, &searched, &error), KELLER_OK);
+        assert_int_equal(ends_search(&ends[i], &limits, i ? at->rx : at->tx, threads, pattern_wedges(pattern) > 1, &searched, &error), KELLER_OK);
     }
     const JoinLimits limits = {.scene = &at->scene, .accel = at->accel, .boxes = at->boxes, .reflections = k, .diffractions = k,
                                .transmissions = transmissions, .interactions = k + transmissions, .bends = k, .threads = threads};
