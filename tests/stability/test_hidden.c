@@ -1,13 +1,16 @@
-/* What a search cuts off a beam from an edge, and what it calls hidden from it, against single rays that obey Keller's law. */
+/* What a search cuts off a beam from an edge, and what it calls hidden from it, against single rays that obey Keller's law; and what it calls dark
+ * of an edge. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include <cmocka.h>
 
+#include "path/lit.h"
 #include "path/search.h"
 #include "path/solve.h"
 #include "plates.h"
@@ -245,10 +248,68 @@ static void edges_that_are_seen_are_not_hidden(void **state)
     assert_true(hidden > 300 && rays > 3000);
 }
 
+/* Is the way from the first point over the mirrors to the last free? Each leg starts and ends in planes that are not in its way. */
+static bool free_legs(const Fixture *f, const KellerWedge *w, KellerVec3 end, uint32_t count, const uint32_t *face, const KellerVec3 *image, KellerVec3 p)
+{
+    for (uint32_t leg = count + 1; leg-- > 0;) {
+        uint32_t planes[34], n = 0;
+        KellerVec3 from = end;
+        if (leg > 0) {
+            planes[n++] = f->scene.faces[face[leg - 1]].plane;
+            if (!path_cross_plane(&f->scene.faces[face[leg - 1]], image[leg], p, &from)) return false;
+        }
+        if (leg < count) planes[n++] = f->scene.faces[face[leg]].plane;
+        else n = planes_at(&f->scene, w, n, planes);
+        if (!free_way(f, from, p, planes, n)) return false;
+        p = from;
+    }
+    return true;
+}
+
+/* What is dark of an edge behind up to three mirrors. */
+static void dark_parts_are_not_seen(void **state)
+{
+    enum { MIRRORS = 3 };
+    (void)state;
+    size_t rays = 0, dark = 0, free_rays = 0, cut[MIRRORS + 1] = {0};
+    for (uint64_t seed = 1; seed <= SCENES / 2; seed++) {
+        Fixture f;
+        Random r = random_seeded(3000 + seed);
+        set_up(&f, seed);
+        for (int i = 0; i < BEAMS; i++) {
+            const uint32_t wedge = random_below(&r, (uint32_t)f.scene.wedge_count), count = random_below(&r, MIRRORS + 1);
+            const KellerWedge *w = &f.scene.wedges[wedge];
+            uint32_t face[MIRRORS];
+            KellerVec3 image[MIRRORS + 1] = {point_of(&r, 8)};
+            for (uint32_t k = 0; k < count; k++) {
+                face[k] = random_below(&r, (uint32_t)f.scene.face_count);
+                image[k + 1] = v3_mirror_point(image[k], f.scene.faces[face[k]].normal, f.scene.faces[face[k]].offset);
+            }
+            double from = random_range(&r, 0, 0.5) * w->length, to = random_range(&r, 0.5, 1) * w->length;
+            const double whole[2] = {from, to};
+            const bool lit = lit_way(&f.limits, image[0], count, face, wedge, &from, &to, &f.search.work.accel);
+            assert_true(!lit || (from >= whole[0] && to <= whole[1]));
+            cut[count] += !lit || to - from < 0.9 * (whole[1] - whole[0]);
+            for (int k = 0; k < RAYS; k++) {
+                const double t = random_range(&r, whole[0], whole[1]);
+                const bool seen = free_legs(&f, w, image[0], count, face, image, on_edge(w, t));
+                rays++;
+                free_rays += seen && count > 0;
+                if (lit && t >= from && t <= to) continue;
+                dark++;
+                assert_false(seen);
+            }
+        }
+        tear_down(&f);
+    }
+    printf("# %zu of %zu places dark, %zu seen in mirrors; cut %zu %zu %zu %zu\n", dark, rays, free_rays, cut[0], cut[1], cut[2], cut[3]);
+    assert_true(dark > 300000 && free_rays > 300000 && cut[1] > 2000 && cut[2] > 2000 && cut[3] > 2000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(rays_are_kept), cmocka_unit_test(rays_along_the_edge_are_kept),
-                                       cmocka_unit_test(edges_that_are_seen_are_not_hidden)};
+                                       cmocka_unit_test(edges_that_are_seen_are_not_hidden), cmocka_unit_test(dark_parts_are_not_seen)};
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -241,6 +241,17 @@ static void ask_cone_naively(const Model *m, const KellerCone *c, KellerRange cl
     }
 }
 
+/* All that is met is seen once, within the range told; what else is, is no matter. */
+static void check_seen_loosely(const Model *m, bool edges, const Seen *seen)
+{
+    for (uint32_t i = 0; i < (edges ? m->in.edge_count : m->in.triangle_count); i++) {
+        const KellerRange r = seen->naive[edges][i], got = seen->range[edges][i];
+        assert_true(seen->seen[edges][i] <= 1);
+        if (r.near <= r.far && !(seen->seen[edges][i] == 1 && got.near <= r.near && got.far >= r.far))
+            fail_msg("[%.17g, %.17g] for [%.17g, %.17g]", got.near, got.far, r.near, r.far);
+    }
+}
+
 static uint64_t check_cone(const Model *m, const KellerAccel *accel, const KellerCone *c, KellerRange clip, double depth,
                            Seen *seen)
 {
@@ -255,6 +266,9 @@ static uint64_t check_cone(const Model *m, const KellerAccel *accel, const Kelle
     }
     uint64_t hits = check_seen(m, c, INFINITY, false, seen);
     hits += check_seen(m, c, INFINITY, true, seen);
+    seen_clear(seen, m, 0);
+    keller_accel_cone_loosely(accel, c, clip, see_triangle, see_edge, seen, &work);
+    for (int edges = 0; edges < 2; edges++) check_seen_loosely(m, edges, seen);
     bool met = best.primitive != KELLER_NONE;
     assert_int_equal(keller_accel_cone_any(accel, c, clip, &work), met);
     assert_int_equal(keller_accel_cone_nearest(accel, c, clip, &hit, &work), met);
