@@ -60,13 +60,12 @@ WayTo way_to_face(Search *s, const Beam *beam, uint32_t face)
     KellerRange at;
     double steep;
     Query q;
-    if (!query_of(&q, s, beam, 0)) return way;
+    query_look(&q, s, beam);
     if (bundle_crossing(&beam->bundle, f, q.cone.origin, q.cone.directrix, &at, &steep)) {
         KellerVec3 b = v3_madd(from, d, (f->offset - v3_dot(f->normal, from)) / v3_dot(f->normal, d));
         way.hidden = query_hides(&q, b, at.near, f->plane, &way.met);
         way.length = at.far - q.start_near;
     }
-    query_free(&q);
     return way;
 }
 
@@ -86,9 +85,7 @@ bool edge_hidden(Search *s, const Beam *beam, KellerVec3 a, KellerVec3 b)
     narrow.bundle.window = window_of(axis, &slopes);
     Query q;
     bool met;
-    if (!query_of(&q, s, &narrow, 0)) return false;
+    query_look(&q, s, &narrow);
     const double near = lesser(v3_dot(q.cone.directrix, v3_sub(a, q.cone.origin)), v3_dot(q.cone.directrix, v3_sub(b, q.cone.origin)));
-    const bool hidden = query_hides(&q, middle, near, KELLER_NONE, &met);
-    query_free(&q);
-    return hidden;
+    return query_hides(&q, middle, near, KELLER_NONE, &met);
 }

@@ -76,7 +76,7 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     if (known ? range.near >= known->near : query_starts_in(q, plane)) return q->far;
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
-    if (behind_mirror(q, scene, 3, v) || bundle_misses(&q->test, 3, v)) return q->far;
+    if (!known && (behind_mirror(q, scene, 3, v) || bundle_misses(&q->test, 3, v))) return q->far;
     range = keller_cone_triangle(&q->cone, v[0], v[1], v[2], (KellerRange){q->start_near, q->far}, NULL, NULL);
     if (range.near > range.far) return q->far;
     if (known) {
@@ -194,20 +194,36 @@ static void start_at_mirror(Query *q, const KellerScene *scene)
     q->front = beam_front(q->beam, scene);
 }
 
+static void start(Query *q)
+{
+    q->test = bundle_test(&q->beam->bundle, q->search->limits->scene);
+    if (q->beam->mirror != KELLER_NONE) start_at_mirror(q, q->search->limits->scene);
+}
+
 bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
 {
-    const KellerScene *scene = s->limits->scene;
     const Bundle *b = &beam->bundle;
     *q = (Query){.search = s, .beam = beam, .far = INFINITY};
     if (!keller_cone_fan(b->source_count, b->source, b->window.count, b->window.corner, &q->cone, &q->start_far)) return false;
     q->slabs.most = slabs;
-    q->test = bundle_test(b, scene);
-    if (beam->mirror != KELLER_NONE) start_at_mirror(q, scene);
+    start(q);
     if (++s->query == 0) { /* all stamps used: begin anew */
-        memset(s->stamp, 0, (scene->face_count + 1) * sizeof *s->stamp);
+        memset(s->stamp, 0, (s->limits->scene->face_count + 1) * sizeof *s->stamp);
         s->query = 1;
     }
     return true;
+}
+
+void query_look(Query *q, Search *s, const Beam *beam)
+{
+    const Bundle *b = &beam->bundle;
+    *q = (Query){.search = s, .beam = beam, .cone = {.origin = b->source[0], .directrix = window_middle(&b->window)}, .far = INFINITY};
+    for (uint32_t j = 1; j < b->source_count; j++) {
+        const double z = v3_dot(q->cone.directrix, v3_sub(b->source[j], b->source[0]));
+        q->start_near = lesser(q->start_near, z);
+        q->start_far = greater(q->start_far, z);
+    }
+    start(q);
 }
 
 void query_free(Query *q)
