@@ -211,8 +211,7 @@ static bool beyond_a_side(const BundleTest *t, uint32_t count, const KellerVec3 
     return false;
 }
 
-/* Is all of the bundle in front of the plane with this normal through the source and the edge from a on, or behind it, and of what the hull of
- * v[0 .. count) is nothing? */
+/* Has the plane with this normal, through a source and a, all of the bundle on one side and all of v[0 .. count) on the other? */
 static bool parts(const BundleTest *t, KellerVec3 normal, KellerVec3 a, uint32_t count, const KellerVec3 *v)
 {
     const Bundle *b = t->bundle;

@@ -60,7 +60,7 @@ WayTo way_to_face(Search *s, const Beam *beam, uint32_t face)
     KellerRange at;
     double steep;
     Query q;
-    query_look(&q, s, beam);
+    if (!query_look(&q, s, beam)) return way;
     if (bundle_crossing(&beam->bundle, f, q.cone.origin, q.cone.directrix, &at, &steep)) {
         KellerVec3 b = v3_madd(from, d, (f->offset - v3_dot(f->normal, from)) / v3_dot(f->normal, d));
         way.hidden = query_hides(&q, b, at.near, f->plane, &way.met);
@@ -85,7 +85,7 @@ bool edge_hidden(Search *s, const Beam *beam, KellerVec3 a, KellerVec3 b)
     narrow.bundle.window = window_of(axis, &slopes);
     Query q;
     bool met;
-    query_look(&q, s, &narrow);
+    if (!query_look(&q, s, &narrow)) return false;
     const double near = lesser(v3_dot(q.cone.directrix, v3_sub(a, q.cone.origin)), v3_dot(q.cone.directrix, v3_sub(b, q.cone.origin)));
     return query_hides(&q, middle, near, KELLER_NONE, &met);
 }

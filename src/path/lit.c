@@ -85,6 +85,8 @@ static double visit(void *context, uint32_t id, KellerRange range)
     if (s->next ? s->next->plane == plane : path_wedge_in_plane(scene, s->wedge, plane)) return INFINITY;
     if (s->mirror && s->mirror->plane == plane) return INFINITY;
     if (s->slabs && path_lets_through(scene, face)) return INFINITY;
+    /* from within its plane rays graze it, and may pass by either side */
+    if (fabs(v3_dot(scene->faces[face].normal, s->source) - scene->faces[face].offset) <= s->touch) return INFINITY;
     double h[3], blur;
     int in_plane = 0;
     for (int i = 0; i < 3; i++) {

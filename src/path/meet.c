@@ -5,6 +5,7 @@
 
 #include "base/number.h"
 #include "path/search.h"
+#include "path/shortest.h"
 #include "path/solve.h"
 
 enum { BLOCKER_TRIANGLES = 64 };    /* faces of more triangles are not tried as a cone's wall: the trial would cost too much */
@@ -77,17 +78,17 @@ static double visit_triangle(void *context, uint32_t id, KellerRange range)
     const uint32_t *t = scene->triangles[id];
     KellerVec3 v[3] = {scene->vertices[t[0]], scene->vertices[t[1]], scene->vertices[t[2]]};
     if (!known && (behind_mirror(q, scene, 3, v) || bundle_misses(&q->test, 3, v))) return q->far;
-    range = keller_cone_triangle(&q->cone, v[0], v[1], v[2], (KellerRange){q->start_near, q->far}, NULL, NULL);
-    if (range.near > range.far) return q->far;
+    const KellerRange met = keller_cone_triangle(&q->cone, v[0], v[1], v[2], (KellerRange){q->start_near, q->far}, NULL, NULL);
+    if (met.near > met.far) return q->far;
     if (known) {
-        known->near = lesser(known->near, range.near);
+        known->near = lesser(known->near, met.near);
         return q->far;
     }
     q->face = search_room(q->search, q->face, q->faces, &q->face_capacity, sizeof *q->face);
     if (s->failed) return -INFINITY;
     s->stamp[face] = s->query;
     s->slot[face] = q->faces;
-    q->face[q->faces++] = (HitFace){face, range.near};
+    q->face[q->faces++] = (HitFace){face, met.near};
     double far;
     if (query_blocked(q, face, &far))
         q->far = lesser(q->far, path_lets_through(scene, face) ? slabs_add(&q->slabs, far) : far);
@@ -117,27 +118,23 @@ static bool arrives(const Bundle *beam, const KellerWedge *w)
     return !(all_behind_first && all_behind_second);
 }
 
-/* Keller's law: between two points the ray over an edge meets it in one place. Is that on the edge, and on a ray of the beam, or not to be
- * told? */
+/* Keller's law: between two points the ray over an edge meets it in one place, the solver's to the last bit. Is that on the edge, and may it be on a
+ * ray of the beam? */
 static bool leads_to_end(const Query *q, const KellerWedge *w)
 {
-    const double flat = 1e-3;   /* sine: where rays run more nearly along the edge, rounding moves the place too far */
-    const KellerVec3 end[2] = {q->beam->bundle.source[0], *q->search->limits->target_end};
-    double z[2], rho[2];
-    for (int i = 0; i < 2; i++) {
-        const KellerVec3 v = v3_sub(end[i], w->origin);
-        z[i] = v3_dot(v, w->direction);
-        rho[i] = v3_norm(v3_madd(v, w->direction, -z[i]));
-    }
-    const double pad = 4 * q->test.rounding, t = z[0] + (z[1] - z[0]) * (rho[0] / (rho[0] + rho[1])); /* as path_shortest has it */
-    if (!(rho[0] + rho[1] > flat * fabs(z[1] - z[0]))) return true;
-    const KellerVec3 p = v3_madd(w->origin, w->direction, t);
-    return t >= -pad && t <= w->length + pad && !bundle_misses(&q->test, 1, &p);
+    const TreeLimits *l = q->search->limits;
+    const EdgeLine line = {w->origin, w->direction, w->length};
+    const double pad = 4 * greater(q->test.rounding, path_rounding(l->scene, *l->target_end)); /* wider than that of a wedge's ends */
+    double t;
+    if (!path_shortest(*l->target_end, q->beam->bundle.source[0], 1, &line, 0, &t) || t < -pad || t > w->length + pad) return false;
+    const KellerVec3 place[2] = {v3_madd(w->origin, w->direction, t - pad), v3_madd(w->origin, w->direction, t + pad)};
+    return !bundle_misses(&q->test, 2, place);
 }
 
 static double visit_wedge(void *context, uint32_t id, KellerRange range)
 {
     Query *q = context;
+    (void)range;
     const KellerScene *scene = q->search->limits->scene;
     const KellerWedge *w = &scene->wedges[id];
     if (q->too_much) return -INFINITY;
@@ -150,8 +147,8 @@ static double visit_wedge(void *context, uint32_t id, KellerRange range)
     }
     if (bundle_misses(&q->test, 2, ends) || !arrives(&q->beam->bundle, w)) return q->far;
     if (q->beam->mirror != KELLER_NONE && path_wedge_in_plane(scene, w, scene->faces[q->beam->mirror].plane)) return q->far;
-    range = keller_cone_edge(&q->cone, ends[0], ends[1], (KellerRange){q->start_near, q->far}, NULL, NULL);
-    if (range.near > range.far) return q->far;
+    const KellerRange met = keller_cone_edge(&q->cone, ends[0], ends[1], (KellerRange){q->start_near, q->far}, NULL, NULL);
+    if (met.near > met.far) return q->far;
     q->wedge = search_room(q->search, q->wedge, q->wedges, &q->wedge_capacity, sizeof *q->wedge);
     if (q->search->failed) return -INFINITY;
     q->wedge[q->wedges++] = id;
@@ -214,16 +211,20 @@ bool query_of(Query *q, Search *s, const Beam *beam, uint32_t slabs)
     return true;
 }
 
-void query_look(Query *q, Search *s, const Beam *beam)
+bool query_look(Query *q, Search *s, const Beam *beam)
 {
+    const double front = 0.1;   /* cosine */
     const Bundle *b = &beam->bundle;
     *q = (Query){.search = s, .beam = beam, .cone = {.origin = b->source[0], .directrix = window_middle(&b->window)}, .far = INFINITY};
+    for (uint32_t i = 0; i < b->window.count; i++)
+        if (!(v3_dot(q->cone.directrix, b->window.corner[i]) > front)) return false;
     for (uint32_t j = 1; j < b->source_count; j++) {
         const double z = v3_dot(q->cone.directrix, v3_sub(b->source[j], b->source[0]));
         q->start_near = lesser(q->start_near, z);
         q->start_far = greater(q->start_far, z);
     }
     start(q);
+    return true;
 }
 
 void query_free(Query *q)

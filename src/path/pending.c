@@ -36,9 +36,10 @@ static void follow_beam(Search *s, const Pending *p)
 static void follow_fan(Search *s, const PendingFan *f)
 {
     StepCode codes[KELLER_MAX_BENDS];
+    if (s->failed) return;
     const uint32_t faces = trie_steps(&s->trie, f->node, codes) - 1;
     double from = f->from, to = f->to;
-    if (!s->failed && lit_way(s->limits, s->end, faces, codes, f->wedge, &from, &to, &s->work.accel))
+    if (lit_way(s->limits, s->end, faces, codes, f->wedge, &from, &to, &s->work.accel))
         search_fan(s, f->node, f->wedge, from, to, 1, &f->source, f->passed);
 }
 

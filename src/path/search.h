@@ -71,7 +71,7 @@ typedef struct {
     double far;                     /* nothing beyond this can be seen */
     Slabs slabs;
     bool may_split, too_much;
-    bool to_end;                /* the wedges asked for are the limits' targets, from which rays are to go on to the point that sees them */
+    bool to_end;                /* only wedges from which rays go on to the limits' target_end are asked for */
     uint32_t much;
     uint32_t faces, wedges, face_capacity, wedge_capacity;
     HitFace *face;
@@ -91,8 +91,9 @@ double beam_front(const Beam *beam, const KellerScene *scene);
 /* The beam's cone and where its rays start; false if it is too wide for one cone. `slabs`: that its rays may pass through. Free with
  * query_free. */
 bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
-/* The same for query_hides and query_blocked alone, which need no cone: z is along the window's middle, from the first source. Not to be freed. */
-void query_look(Query *q, Search *search, const Beam *beam);
+/* The same for query_hides and query_blocked alone, which need no cone: z is along the window's middle, from the first source. False if not all rays
+ * run well along that. Not to be freed. */
+bool query_look(Query *q, Search *search, const Beam *beam);
 void query_free(Query *q);
 /* Does the face cross all rays of the beam, so that nothing behind it is reached? If so *far is its farthest z. */
 bool query_blocked(const Query *q, uint32_t face, double *far);

@@ -237,13 +237,76 @@ static void along_flush_fronts(void **state)
     }
 }
 
+/* Two screens of different materials hang side by side from the z axis, and a third leans on the second; in front of them a mirror. */
+static KellerScene screens(void)
+{
+    KellerSoup soup = soup_new();
+    soup_object(&soup, "screens");
+    soup_quad(&soup, v3(0, 0, -5), v3(0, 0, 0), v3(0, -5, 0), v3(0, -5, -5), CONDUCTOR);
+    soup_quad(&soup, v3(0, 0, 0), v3(0, 0, 5), v3(0, -5, 5), v3(0, -5, 0), CONCRETE);
+    soup_object(&soup, "third");
+    soup_quad(&soup, v3(0, 0, 0), v3(0, 0, 5), v3(-1.3, -4, 5), v3(-1.3, -4, 0), CONDUCTOR);
+    soup_object(&soup, "mirror");
+    soup_quad(&soup, v3(3, -8, -9), v3(3, -8, 9), v3(3, 8, 9), v3(3, 8, -9), CONDUCTOR);
+    return finish(&soup);
+}
+
+static bool count_path(void *count, const KellerPath *path)
+{
+    (void)path;
+    ++*(size_t *)count;
+    return true;
+}
+
+/* Paths over an edge and a mirror, or, from the other end, over the mirror and an edge. */
+static size_t edge_and_mirror(const KellerScene *scene, KellerVec3 from, KellerVec3 to, bool edge_first)
+{
+    Run run = run_new(&from, 1, &to, 1, 1, 2);
+    FoundPaths found = run_simulation(scene, &run);
+    size_t count = 0;
+    for (size_t i = 0; i < found.count; i++)
+        count += found.path[i].count == 2 && found.path[i].step[edge_first ? 0 : 1].kind == KELLER_DIFFRACTION &&
+                 found.path[i].step[edge_first ? 1 : 0].kind == KELLER_REFLECTION;
+    found_free(&found);
+    return count;
+}
+
+/* Where an edge goes on as another wedge, one of the two has the path that meets it there, however far the transmitter is and rounding with it. */
+static void over_the_joint_of_two_edges(void **state)
+{
+    (void)state;
+    size_t all = 0;
+    KellerScene scene = screens();
+    KellerAccel *accel;
+    KellerError error;
+    assert_int_equal(keller_accel_build("auto", &scene, &accel, &error), KELLER_OK);
+    for (uint64_t seed = 1; seed <= 200; seed++) {
+        Random r = random_seeded(seed);
+        const double far = pow(10, random_range(&r, 0, 6)), off = random_range(&r, -0.9, 0.1) * 64 * 0x1p-52 * far;
+        const KellerVec3 tx = v3(-far, 0.1 * far * random_range(&r, -1, 1), off), rx = v3(1, -random_range(&r, 1, 3), off);
+        size_t count = 0;
+        KellerAccelWork work = {0};
+        for (uint32_t w = 0; w < scene.wedge_count; w++)
+            for (uint32_t f = 0; f < scene.face_count; f++) {
+                const KellerStep steps[2] = {{KELLER_DIFFRACTION, w}, {KELLER_REFLECTION, f}};
+                assert_true(keller_path_solve(&scene, accel, tx, rx, 2, steps, 0, count_path, &count, &work));
+            }
+        all += count;
+        assert_int_equal(edge_and_mirror(&scene, tx, rx, true), count);
+        assert_int_equal(edge_and_mirror(&scene, rx, tx, false), count);
+    }
+    assert_true(all > 400);
+    keller_accel_free(accel);
+    keller_scene_free(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(on_the_bisector),   cmocka_unit_test(double_reflection_boundary), cmocka_unit_test(whole_metres),
         cmocka_unit_test(station_on_a_wall), cmocka_unit_test(station_on_a_roof),          cmocka_unit_test(between_two_materials),
         cmocka_unit_test(behind_a_wall),     cmocka_unit_test(ridge_between_roofs),
-        cmocka_unit_test(along_flush_fronts),
+        cmocka_unit_test(along_flush_fronts), cmocka_unit_test(over_the_joint_of_two_edges),
     };
     cmocka_set_message_output(CM_OUTPUT_TAP);
     return cmocka_run_group_tests(tests, NULL, NULL);
