@@ -29,6 +29,7 @@ typedef struct {
     double touch, flat, sine;   /* m: nearer to the ends of a leg nothing hides; nearer to the plane things are in it. Of the flattest ray */
     double side, next_side;     /* sign of the mirrors' sides that the source is on */
     bool slabs;                 /* may be passed through */
+    bool grazes;                /* all rays graze an edge: then how much of each passes is decided beside it, farther off than any blur */
     uint32_t count[2];          /* of shadows: of a plane moved a little to either side */
     Shadow (*shadow)[SHADOWS_MOST];     /* [2] */
 } Sight;
@@ -51,7 +52,8 @@ static bool section(const Sight *s, const uint32_t *t, const double h[3], bool u
     return found == 2;
 }
 
-static void add_shadow(Sight *s, int side, KellerVec3 p[2], uint64_t on[2], double blur)
+/* along: it is of a side that lies in the plane of all rays. */
+static void add_shadow(Sight *s, int side, KellerVec3 p[2], uint64_t on[2], double blur, bool along)
 {
     const KellerVec3 whole[2] = {p[0], p[1]};
     double rho[2], z[2];
@@ -64,6 +66,7 @@ static void add_shadow(Sight *s, int side, KellerVec3 p[2], uint64_t on[2], doub
     if (!path_cut(p, rho[0] - near, rho[1] - near)) return;
     for (int i = 0; i < 2; i++) rho[i] = v3_dot(s->across, v3_sub(p[i], s->source));
     if (!path_cut(p, s->distance - s->touch - rho[0], s->distance - s->touch - rho[1])) return;
+    s->grazes = s->grazes || along;
     for (int i = 0; i < 2; i++) {
         KellerVec3 from = v3_sub(p[i], s->source);
         double scale = s->distance / v3_dot(s->across, from);
@@ -99,7 +102,7 @@ static double visit(void *context, uint32_t id, KellerRange range)
     for (int side = 0; side < 2; side++) {
         KellerVec3 p[2];
         uint64_t on[2];
-        if (section(s, t, h, side == 0, p, on, &blur)) add_shadow(s, side, p, on, blur);
+        if (section(s, t, h, side == 0, p, on, &blur)) add_shadow(s, side, p, on, blur, in_plane == 2);
     }
     return INFINITY;
 }
@@ -172,6 +175,7 @@ static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFac
         if (keller_cone_fan(1, &source, 2, direction, &cone, NULL))
             keller_accel_cone(limits->accel, &cone, (KellerRange){0, reach + rounding}, visit, NULL, &s, work);
     }
+    if (s.grazes) return true;
     double first = INFINITY, last = -INFINITY;
     for (int side = 0; side < 2; side++) {
         first = lesser(first, first_lit(s.count[side], s.shadow[side], *from, 1));
