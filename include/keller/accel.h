@@ -161,8 +161,8 @@ typedef double (*KellerVisitCone)(void *context, uint32_t primitive, KellerRange
  * caller who found a wall can shorten the rest of the query. */
 void keller_accel_cone(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                        KellerVisitCone visit_edge, void *context, KellerAccelWork *work);
-/* The same for a caller with a test of its own: what the single-precision tests leave, some of which the cone may not meet, and always with
- * the range of the vertices. */
+/* The same for a caller with a test of its own: what the single-precision tests leave, some of which the cone may not meet,
+ * and always with the range of the vertices. */
 void keller_accel_cone_loosely(const KellerAccel *accel, const KellerCone *cone, KellerRange clip, KellerVisitCone visit,
                                KellerVisitCone visit_edge, void *context, KellerAccelWork *work);
 /* The triangle with the least (range.near, triangle); false: none is met. */

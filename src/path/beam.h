@@ -55,8 +55,8 @@ typedef struct {
 typedef struct {
     const Bundle *bundle;
     double support[WINDOW_MOST];
-    double side[3][WINDOW_MOST], corner[3][WINDOW_MOST];    /* of the window, by coordinate; support, too, is infinite beyond the last, */
-    uint32_t room;              /* and corners are doubled there, up to a multiple of 4 */
+    double side[3][WINDOW_MOST], corner[3][WINDOW_MOST];    /* of the window, by coordinate */
+    uint32_t room;              /* their number, up to a multiple of 4: the support of the rest is infinite, corners are doubled */
     double rounding;            /* m, of positions */
     double contact;             /* m: sources so near to a plane are on it */
 } BundleTest;

@@ -12,7 +12,7 @@ enum {
     BLOCK = 128                 /* edges that are asked for at a time */
 };
 
-/* Narrows what is known to be lit of the first edges, of which so far only that was left out which is hidden from all of a beam. */
+/* Narrows what is known to be lit of the first edges: so far only that was left out which is hidden from all of a beam. */
 static void cast_shadows(Trie *trie, const TreeLimits *limits, KellerVec3 end, uint32_t threads, TreeWork *work)
 {
     uint64_t nodes = 0, triangles = 0;
@@ -36,7 +36,8 @@ static void cast_shadows(Trie *trie, const TreeLimits *limits, KellerVec3 end, u
     work->accel.triangles += triangles;
 }
 
-KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, bool shadows, TreeWork *work, KellerError *error)
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, bool shadows, TreeWork *work,
+                         KellerError *error)
 {
     memset(ends, 0, sizeof *ends);
     ends->limits = *limits;

@@ -39,8 +39,9 @@ bool join_pattern(const JoinLimits *limits, const Ends *forward, const Ends *bac
 KellerStatus join_known(const JoinLimits *limits, const Trie *trie, const CellCandidate *known, size_t begin, size_t end, KellerVec3 tx,
                         KellerVec3 rx, PathList *list, JoinWork *work, KellerError *error);
 
-/* What one end brings. shadows: each first edge is asked which part of it is lit, which costs some microseconds and pays where pairs of edges are
- * tried. Free with ends_free. KELLER_FAILED: memory. */
-KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, bool shadows, TreeWork *work, KellerError *error);
+/* What one end brings. shadows: each first edge is asked which part of it is lit, which costs some microseconds and pays where
+ * pairs of edges are tried. Free with ends_free. KELLER_FAILED: memory. */
+KellerStatus ends_search(Ends *ends, const TreeLimits *limits, KellerVec3 end, uint32_t threads, bool shadows, TreeWork *work,
+                         KellerError *error);
 void ends_free(Ends *ends);
 #endif

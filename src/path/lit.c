@@ -29,7 +29,7 @@ typedef struct {
     double touch, flat, sine;   /* m: nearer to the ends of a leg nothing hides; nearer to the plane things are in it. Of the flattest ray */
     double side, next_side;     /* sign of the mirrors' sides that the source is on */
     bool slabs;                 /* may be passed through */
-    bool grazes;                /* all rays graze an edge: then how much of each passes is decided beside it, farther off than any blur */
+    bool grazes;                /* all rays graze an edge: how much of each passes is decided beside it, beyond any blur */
     uint32_t count[2];          /* of shadows: of a plane moved a little to either side */
     Shadow (*shadow)[SHADOWS_MOST];     /* [2] */
 } Sight;
@@ -130,7 +130,7 @@ static double first_lit(uint32_t count, const Shadow *shadow, double at, int way
     return at - way * slack;
 }
 
-/* Signs of which side of the face's plane the point is on; false: too near to tell. */
+/* The sign of the face's side that the point is on; false: too near to tell. */
 static bool side_of(const KellerFace *f, KellerVec3 p, double touch, double *side)
 {
     const double height = v3_dot(f->normal, p) - f->offset;
@@ -139,8 +139,8 @@ static bool side_of(const KellerFace *f, KellerVec3 p, double touch, double *sid
 }
 
 /* One leg: `mirror` and `next` as in Sight, `mirrors` on the whole way. */
-static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFace *mirror, const KellerFace *next, const KellerWedge *w,
-                    uint32_t mirrors, double *from, double *to, KellerAccelWork *work)
+static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFace *mirror, const KellerFace *next,
+                    const KellerWedge *w, uint32_t mirrors, double *from, double *to, KellerAccelWork *work)
 {
     const KellerScene *scene = limits->scene;
     Shadow shadow[2][SHADOWS_MOST]; /* not cleared: most edges have few */
@@ -150,14 +150,16 @@ static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFac
     s.z = -v3_dot(v, w->direction);
     v = v3_madd(v, w->direction, s.z);
     s.distance = v3_norm(v);
-    const double reach = hypot(s.distance, greater(fabs(*from - s.z), fabs(*to - s.z))), rounding = (mirrors + 1) * path_rounding(scene, source);
+    const double reach = hypot(s.distance, greater(fabs(*from - s.z), fabs(*to - s.z)));
+    const double rounding = (mirrors + 1) * path_rounding(scene, source);
     s.sine = s.distance / reach;
     s.flat = 4 * (rounding + KELLER_BOUNDARY_ANGLE * reach);
     if (!(s.sine > GRAZING) || !(s.distance > 4 * s.touch)) return true;
     if (s.mirror && !side_of(s.mirror, source, s.touch, &s.side)) return true;
     if (s.next) {
         double beyond[2];
-        const bool told = side_of(s.next, source, s.touch, &s.next_side) && side_of(s.next, v3_madd(w->origin, w->direction, *from), s.touch, &beyond[0]) &&
+        const bool told = side_of(s.next, source, s.touch, &s.next_side) &&
+                          side_of(s.next, v3_madd(w->origin, w->direction, *from), s.touch, &beyond[0]) &&
                           side_of(s.next, v3_madd(w->origin, w->direction, *to), s.touch, &beyond[1]);
         if (!told || beyond[0] == s.next_side || beyond[1] == s.next_side) return true;
     }
@@ -186,20 +188,24 @@ static bool lit_leg(const TreeLimits *limits, KellerVec3 source, const KellerFac
     return *from <= *to;
 }
 
-bool lit_way(const TreeLimits *limits, KellerVec3 end, uint32_t count, const uint32_t *face, uint32_t wedge, double *from, double *to,
-             KellerAccelWork *work)
+bool lit_way(const TreeLimits *limits, KellerVec3 end, uint32_t count, const uint32_t *face, uint32_t wedge, double *from,
+             double *to, KellerAccelWork *work)
 {
     const KellerScene *scene = limits->scene;
     KellerVec3 image[KELLER_MAX_BENDS + 1] = {end};
     KellerWedge line = scene->wedges[wedge];
-    for (uint32_t i = 0; i < count; i++) image[i + 1] = v3_mirror_point(image[i], scene->faces[face[i]].normal, scene->faces[face[i]].offset);
+    for (uint32_t i = 0; i < count; i++) {
+        const KellerFace *f = &scene->faces[face[i]];
+        image[i + 1] = v3_mirror_point(image[i], f->normal, f->offset);
+    }
     for (uint32_t leg = count + 1; leg-- > 0;) { /* the last one first: it hides most */
         const KellerFace *next = leg < count ? &scene->faces[face[leg]] : NULL;
         if (next) {
             line.origin = v3_mirror_point(line.origin, next->normal, next->offset);
             line.direction = v3_mirror_direction(line.direction, next->normal);
         }
-        if (!lit_leg(limits, image[leg], leg > 0 ? &scene->faces[face[leg - 1]] : NULL, next, &line, count, from, to, work)) return false;
+        const KellerFace *mirror = leg > 0 ? &scene->faces[face[leg - 1]] : NULL;
+        if (!lit_leg(limits, image[leg], mirror, next, &line, count, from, to, work)) return false;
     }
     return true;
 }

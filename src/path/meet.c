@@ -118,15 +118,17 @@ static bool arrives(const Bundle *beam, const KellerWedge *w)
     return !(all_behind_first && all_behind_second);
 }
 
-/* Keller's law: between two points the ray over an edge meets it in one place, the solver's to the last bit. Is that on the edge, and may it be on a
- * ray of the beam? */
+/* Keller's law: between two points the ray over an edge meets it in one place, the solver's to the last bit. Is that on the
+ * edge, and may it be on a ray of the beam? */
 static bool leads_to_end(const Query *q, const KellerWedge *w)
 {
     const TreeLimits *l = q->search->limits;
     const EdgeLine line = {w->origin, w->direction, w->length};
-    const double pad = 4 * greater(q->test.rounding, path_rounding(l->scene, *l->target_end)); /* wider than that of a wedge's ends */
+    /* wider than what path_on_edge lets an edge's ends have */
+    const double pad = 4 * greater(q->test.rounding, path_rounding(l->scene, *l->target_end));
     double t;
-    if (!path_shortest(*l->target_end, q->beam->bundle.source[0], 1, &line, 0, &t) || t < -pad || t > w->length + pad) return false;
+    if (!path_shortest(*l->target_end, q->beam->bundle.source[0], 1, &line, 0, &t)) return false;
+    if (t < -pad || t > w->length + pad) return false;
     const KellerVec3 place[2] = {v3_madd(w->origin, w->direction, t - pad), v3_madd(w->origin, w->direction, t + pad)};
     return !bundle_misses(&q->test, 2, place);
 }

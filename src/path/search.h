@@ -91,8 +91,8 @@ double beam_front(const Beam *beam, const KellerScene *scene);
 /* The beam's cone and where its rays start; false if it is too wide for one cone. `slabs`: that its rays may pass through. Free with
  * query_free. */
 bool query_of(Query *q, Search *search, const Beam *beam, uint32_t slabs);
-/* The same for query_hides and query_blocked alone, which need no cone: z is along the window's middle, from the first source. False if not all rays
- * run well along that. Not to be freed. */
+/* The same for query_hides and query_blocked alone, which need no cone: z is along the window's middle, from the first source.
+ * False if not all rays run well along that. Not to be freed. */
 bool query_look(Query *q, Search *search, const Beam *beam);
 void query_free(Query *q);
 /* Does the face cross all rays of the beam, so that nothing behind it is reached? If so *far is its farthest z. */

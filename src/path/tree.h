@@ -23,8 +23,8 @@ typedef struct {
     /* Sequences of target_length steps that end in a wedge are only wanted for the wedges of this accelerator; NULL: for all.
      * Their last cones then look for nothing else, not even for what blocks them: a candidate costs less. */
     const KellerAccel *targets;
-    const KellerVec3 *target_end;   /* that all targets are seen from directly: rays from a beam's source over a target go straight on to it; NULL:
-                                       not one point */
+    /* That all targets are seen from directly: rays from a beam's source over a target go straight on to it; NULL: not one point. */
+    const KellerVec3 *target_end;
     uint32_t target_length;
     double tan_aperture;        /* cones that meet much are split down to this half-angle */
     uint32_t split_over;        /* what is much; 0: chosen here */
