@@ -61,7 +61,7 @@ def insert(page, name, lines):
 def draw(tables, docs):
     script = ["set terminal pngcairo size 1000,400 font 'sans,10' background 'white'",
               f"set output '{docs}/performance-whole-growth.png'", "set multiplot layout 1,2 margins 0.075,0.985,0.15,0.92 spacing 0.09",
-              "set grid lc rgb '#d0d0d0'", "set border 3 lc rgb '#606060'", "set tics nomirror out", "set key top left Left reverse",
+              "set grid lc rgb '#d0d0d0'", "set border 3 lc rgb '#606060'", "set tics nomirror out", "set key bottom right Left reverse",
               "set logscale xy", "set format x '10^{%T}'", "set format y '10^{%T}'", "set ylabel 'processor time, s'"]
     plots = []
     for name, x, _ in SERIES:
