@@ -27,8 +27,8 @@ static void cast_shadows(Trie *trie, const TreeLimits *limits, KellerVec3 end, u
         KellerAccelWork own = {0};
         trie_lit(trie, i, lit);
         double from = length * lit[0], to = length * lit[1];
-        if (lit_way(limits, end, faces, codes, wedge, &from, &to, &own)) trie_dim(trie, i, from / length, to / length);
-        else trie_dim(trie, i, 1, 0);
+        lit_way(limits, end, faces, codes, wedge, &from, &to, &own);
+        trie_dim(trie, i, from / length, to / length);
         nodes += own.nodes;
         triangles += own.triangles;
     }
