@@ -12,7 +12,7 @@ enum {
     MUCH = 16,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
     MUCH_FIRST = 12,        /* from the end itself, where everything else multiplies on what is found, */
     MUCH_LAST = 400,        /* where each is only a candidate, */
-    MUCH_FAN = 40,          /* and where it is, straight from an edge: such beams overlap */
+    MUCH_FAN = 40,          /* and, wherever it leads, straight from an edge: such beams overlap */
     FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
     PIECES = 2,             /* times that the piece of edge of a mirrored beam is halved: windows multiply with it */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
@@ -194,7 +194,7 @@ void search_next(Search *s, const Beam *beam)
     double wide = window_width(&beam->bundle.window, &across);
     bool few = scene->face_count + scene->wedge_count < FEW, first = length == 0;
     bool fan = beam->bundle.source_count > 1 && beam->wedge != KELLER_NONE;
-    q.much = few ? MUCH_LAST : first ? MUCH_FIRST : use & PLAN_BEYOND ? MUCH : fan ? MUCH_FAN : MUCH_LAST;
+    q.much = few ? MUCH_LAST : first ? MUCH_FIRST : fan ? MUCH_FAN : use & PLAN_BEYOND ? MUCH : MUCH_LAST;
     if (l->split_over) q.much = l->split_over;
     double least = 2 * l->tan_aperture / ((first ? FINER : 1) * (use & PLAN_BEYOND ? FINER : 1));
     /* a window narrower than the sources look wide from most things parts nothing from anything */
