@@ -12,7 +12,7 @@ enum {
     MUCH = 16,              /* a cone that meets more than this many faces and wedges is split, where each costs cones */
     MUCH_FIRST = 12,        /* from the end itself, where everything else multiplies on what is found, */
     MUCH_LAST = 400,        /* where each is only a candidate, */
-    MUCH_FAN = 40,          /* and, wherever it leads, straight from an edge: such beams overlap */
+    MUCH_FAN = 40,          /* but straight from an edge, wherever it leads: such beams overlap */
     FINER = 8,              /* the first cones, and those behind which others follow, are split this much finer than the aperture, */
     PIECES = 2,             /* times that the piece of edge of a mirrored beam is halved: windows multiply with it */
     FEW = 2000,             /* unless the scene has fewer faces and wedges than this: nothing is worth splitting then */
