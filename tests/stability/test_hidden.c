@@ -43,6 +43,7 @@ static void tear_down(Fixture *f)
 }
 
 static KellerVec3 on_edge(const KellerWedge *w, double t) { return v3_madd(w->origin, w->direction, t); }
+
 static KellerVec3 point_of(Random *r, double size)
 {
     double x[3];                /* one after the other: arguments' order is the compiler's */
